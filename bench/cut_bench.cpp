@@ -18,14 +18,14 @@ class Block {
   Block(DeviceSet& devices, Index n)
       : devices_(devices),
         n_(n),
-        shape_(with_cut_room(description(n), make_body_shape(description(n), {}))),
+        shape_(with_cut_capacity(description(n), make_body_shape(description(n), {}))),
         surface_(devices.context(0), shape_.lattice, shape_.surface_m, 1,
-                 surface_room(shape_.lattice, shape_.surface_m)),
+                 surface_capacity(shape_.lattice, shape_.surface_m)),
         cutter_(shape_.lattice, {}, shape_.surface_m, to_host(devices.context(0), surface_.anchors()),
-                room(surface_room(shape_.lattice, shape_.surface_m))),
+                capacity(surface_capacity(shape_.lattice, shape_.surface_m))),
         body_(devices, {.lattice = shape_.lattice, .materials = {&kMaterial, 1}}, {}),
         rest_m_(shape_.lattice.rest_positions_m()) {
-    cutter_.take_room_for(change_);
+    cutter_.take_capacity_for(change_);
   }
   /// Times of a cut, in ms.
   struct CutTimes {
@@ -65,7 +65,7 @@ class Block {
     body.cuttable = true;
     return body;
   }
-  static cut::CutSurface::Room room(SurfaceRoom of) { return {of.vertices, of.triangles}; }
+  static cut::CutSurface::Capacity capacity(SurfaceCapacity of) { return {of.vertices, of.triangles}; }
   DeviceSet& devices_;
   Index n_;
   BodyShape shape_;

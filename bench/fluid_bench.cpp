@@ -17,7 +17,7 @@ struct Peer {
 };
 constexpr Peer kPeers[] = {{"dualsphysics", 0.38, 0.0011}, {"splishsplash", 0.95, 0}};
 
-/// A dam of n^3 particles, in a box with room for it.
+/// A dam of n^3 particles, in a box with capacity for it.
 class Dam {
  public:
   /// @param box_edges the box's length over the dam's

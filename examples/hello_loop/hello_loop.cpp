@@ -17,8 +17,8 @@ using namespace tactus;
 struct PrintForce : FrameSink {
   void frame(RunFrame& frame) override {
     for (const BodyContact& c : frame.report.contacts)
-      std::printf("frame %d: %s and %s touch with %.3f N\n", frame.number, c.body.c_str(), c.piece.c_str(),
-                  static_cast<double>(length(c.reaction.force_N)));
+      std::printf("frame %d: %s and %s touch with %.3f N\n", frame.number, c.body.c_str(),
+                  c.component.c_str(), static_cast<double>(length(c.reaction.force_N)));
   }
 };
 

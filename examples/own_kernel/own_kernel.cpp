@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
-/// Midpoint rule: y[i] is the piece of the integral over cell i.
+/// Midpoint rule: y[i] is the component of the integral over cell i.
 struct Cells {
   tactus::View<float> y;
   float width;

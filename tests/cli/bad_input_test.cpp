@@ -45,9 +45,10 @@ class BadInput : public ProgramTest {
   }
   void expect_video_refused(const std::string& video, const std::vector<std::string>& parts,
                             int code = 1) const {
-    write_video(path("room.avi"), Scene::empty_room, 2);
-    expect_refused(reconstruct("videos", rig({{.name = "left", .video = video, .empty_room = "room.avi"}})),
-                   code, parts);
+    write_video(path("capacity.avi"), Scene::empty @0capacity, 2);
+    expect_refused(
+        reconstruct("videos", rig({{.name = "left", .video = video, .empty @0capacity = "capacity.avi"}})),
+        code, parts);
   }
   void expect_calibration_refused(const Calibration& calibration,
                                   const std::vector<std::string>& parts) const {
@@ -61,9 +62,9 @@ class BadInput : public ProgramTest {
 };
 
 /// A chess board of single pixels cuts the workspace into columns: far more surface than any object has. A
-/// room that nobody set grows until the mesh is closed; one that somebody set is kept, and nothing open is
-/// written.
-TEST_F(BadInput, SurfacesThatNeedMoreRoomAreClosedOrRefused) {
+/// capacity that nobody set grows until the mesh is closed; one that somebody set is kept, and nothing open
+/// is written.
+TEST_F(BadInput, SurfacesThatNeedMoreCapacityAreClosedOrRefused) {
   cv::Mat board(64, 64, CV_8U);
   for (int y = 0; y < 64; ++y) {
     for (int x = 0; x < 64; ++x) board.at<std::uint8_t>(y, x) = (x / 2 + y / 2) % 2 == 0 ? 255 : 0;
@@ -73,20 +74,20 @@ TEST_F(BadInput, SurfacesThatNeedMoreRoomAreClosedOrRefused) {
   const std::string finer = reconstruct("masks", what, "--verbose") + " --resolution 120";
   const Outcome o = run_tactus(std::regex_replace(finer, std::regex("--resolution 16 "), ""));
   ASSERT_EQ(o.code, 0) << o.text;
-  EXPECT_TRUE(has(o.text, "room is made, and the frame done again")) << o.text;
+  EXPECT_TRUE(has(o.text, "capacity is made, and the frame done again")) << o.text;
   EXPECT_EQ(read_json("out.json")["frames"][0]["boundary_edges"], 0);
   EXPECT_GT(read_json("out.json")["frames"][0]["volume_m3"], 0.1);
   for (const char* name : {"out.json", "out.ply"}) fs::remove(path(name));
   for (const std::string flag : {"--max-vertices", "--max-triangles", "--max-active-bricks"}) {
     expect_refused(reconstruct("masks", what, flag + " 7"), 1,
-                   {"frame 0", "room for 7: raise " + flag + " to", "would be open and is not written"});
+                   {"frame 0", "capacity for 7: raise " + flag + " to", "would be open and is not written"});
   }
   write("s.yaml",
         "source: {kind: masks, path: rig.yaml}\nreconstruction: {resolution: 16, max_vertices: 7}\n"
         "output: {mesh_every: 1}\n");
   const Outcome run = run_tactus("run " + path("s.yaml") + " --view none --devices cpu --out " + path("out"));
   EXPECT_EQ(run.code, 1) << run.text;
-  EXPECT_TRUE(has(run.text, "1 of 1 frames had too little room")) << run.text;
+  EXPECT_TRUE(has(run.text, "1 of 1 frames had too little capacity")) << run.text;
   EXPECT_TRUE(has(run.text, "raise reconstruction.max_vertices to")) << run.text;
   EXPECT_FALSE(fs::exists(path("out/s-real-00000.ply")));
 }
@@ -94,9 +95,9 @@ TEST_F(BadInput, SurfacesThatNeedMoreRoomAreClosedOrRefused) {
 /// The test's videos have 25 frames a second, and so has the film of a run, whose scene says nothing.
 TEST_F(BadInput, FilmsHaveTheRateOfTheRecording) {
   for (const char* name : {"a.avi", "b.avi"}) write_video(path(name), Scene::object, 3);
-  write_video(path("room.avi"), Scene::empty_room, 2);
-  rig({{.name = "left", .video = "a.avi", .empty_room = "room.avi"},
-       {.name = "right", .video = "b.avi", .empty_room = "room.avi"}});
+  write_video(path("capacity.avi"), Scene::empty @0capacity, 2);
+  rig({{.name = "left", .video = "a.avi", .empty @0capacity = "capacity.avi"},
+       {.name = "right", .video = "b.avi", .empty @0capacity = "capacity.avi"}});
   write("s.yaml",
         "source: {kind: videos, path: rig.yaml}\nreconstruction: {resolution: 16, workspace_m: {min_m: [-2, "
         "-2, -2], max_m: [2, 2, 2]}}\nview: {size_px: [64, "
@@ -161,32 +162,33 @@ TEST_F(BadInput, VideosThatCantBeUsed) {
                        {path("small.avi") + ": the video has 32x48 pixels", "image_size_px is 64x64"});
   expect_video_refused("", {"camera 'left': has no 'video'"}, 2);
   expect_refused(reconstruct("videos", rig({{.name = "left", .video = "video.avi"}})), 2,
-                 {"camera 'left': has no 'empty_room'"});
+                 {"camera 'left': has no 'empty@0capacity'"});
   expect_refused(
-      reconstruct("videos", rig({{.name = "left", .video = "video.avi", .empty_room = "bad.avi"}})), 1,
+      reconstruct("videos", rig({{.name = "left", .video = "video.avi", .empty @0capacity = "bad.avi"}})), 1,
       {"camera 'left': " + path("bad.avi") + ": not a video that can be read"});
 }
 
 TEST_F(BadInput, VideosOfDifferentLengthsGoOnToTheShortestAndSaySo) {
   write_video(path("a.avi"), Scene::object, 5);
   write_video(path("b.avi"), Scene::object, 3);
-  write_video(path("room.avi"), Scene::empty_room, 2);
-  const std::string told = "the videos differ in length: camera 'b' has 3 frames, camera 'a' has 5";
-  const Outcome o = run_tactus(reconstruct("videos",
-                                           rig({{.name = "a", .video = "a.avi", .empty_room = "room.avi"},
-                                                {.name = "b", .video = "b.avi", .empty_room = "room.avi"}}),
-                                           "--workspace=-1,-1,-1,1,1,1"));
+  write_video(path("capacity.avi"), Scene::empty @0capacity, 2);
+  const std::string reported = "the videos differ in length: camera 'b' has 3 frames, camera 'a' has 5";
+  const Outcome o =
+      run_tactus(reconstruct("videos",
+                             rig({{.name = "a", .video = "a.avi", .empty @0capacity = "capacity.avi"},
+                                  {.name = "b", .video = "b.avi", .empty @0capacity = "capacity.avi"}}),
+                             "--workspace=-1,-1,-1,1,1,1"));
   EXPECT_EQ(o.code, 0) << o.text;
   EXPECT_TRUE(has(o.text, "warning: " + told)) << o.text;
   const nlohmann::json json = read_json("out.json");
   ASSERT_EQ(json["frames"].size(), 3U);
-  EXPECT_TRUE(has(json["frames"][0]["status"], told)) << json["frames"][0]["status"];
+  EXPECT_TRUE(has(json["frames"][0]["status"], reported)) << json["frames"][0]["status"];
 }
 
 TEST_F(BadInput, FramesBeyondARecordingAreRefused) {
   write_video(path("a.avi"), Scene::object, 5);
-  write_video(path("room.avi"), Scene::empty_room, 2);
-  const std::vector<RigCamera> videos{{.name = "a", .video = "a.avi", .empty_room = "room.avi"}};
+  write_video(path("capacity.avi"), Scene::empty @0capacity, 2);
+  const std::vector<RigCamera> videos{{.name = "a", .video = "a.avi", .empty @0capacity = "capacity.avi"}};
   const std::string holds = path("rig.yaml") + ": frames ";
   expect_refused(reconstruct("videos", rig(videos), "--frames 2-99"), 2,
                  {holds + "2-99 are asked for, but the recording holds frames 0-4; 2- is all from there"});
@@ -341,26 +343,26 @@ TEST_F(BadMiddlebury, Photos) {
 }
 
 TEST_F(BadInput, BlackAndWhiteVideosHaveAStatus) {
-  write_video(path("room.avi"), Scene::empty_room, 3);
+  write_video(path("capacity.avi"), Scene::empty @0capacity, 3);
   write_video(path("white.avi"), Scene::everything, 3);
   // No frame shows anything: the measures are written, and the command fails.
   const auto frame_of = [&](const std::string& a, const std::string& b) {
-    const Outcome o =
-        run_tactus(reconstruct("videos", rig({{.name = "a", .video = a, .empty_room = "room.avi"},
-                                              {.name = "b", .video = b, .empty_room = "room.avi"}})));
+    const Outcome o = run_tactus(
+        reconstruct("videos", rig({{.name = "a", .video = a, .empty @0capacity = "capacity.avi"},
+                                   {.name = "b", .video = b, .empty @0capacity = "capacity.avi"}})));
     EXPECT_EQ(o.code, 1) << o.text;
     return read_json("out.json")["frames"].at(2);
   };
-  const nlohmann::json black = frame_of("room.avi", "room.avi");
+  const nlohmann::json black = frame_of("capacity.avi", "capacity.avi");
   EXPECT_EQ(black["triangles"], 0);
   EXPECT_EQ(black["volume_m3"], 0);
   EXPECT_EQ(black["iou_mean"], 0);
   EXPECT_TRUE(has(black["status"], "camera 'a': the mask is all black; camera 'b': the mask is all black"));
-  EXPECT_EQ(frame_of("white.avi", "room.avi")["triangles"], 0);
+  EXPECT_EQ(frame_of("white.avi", "capacity.avi")["triangles"], 0);
   // The hull would be the workspace: nothing can be right.
-  const Outcome white =
-      run_tactus(reconstruct("videos", rig({{.name = "a", .video = "white.avi", .empty_room = "room.avi"},
-                                            {.name = "b", .video = "white.avi", .empty_room = "room.avi"}})));
+  const Outcome white = run_tactus(
+      reconstruct("videos", rig({{.name = "a", .video = "white.avi", .empty @0capacity = "capacity.avi"},
+                                 {.name = "b", .video = "white.avi", .empty @0capacity = "capacity.avi"}})));
   EXPECT_EQ(white.code, 1) << white.text;
   for (const char* part :
        {"warning: camera 'a': the mask is all white\nwarning: camera 'b': the mask is all white\n",

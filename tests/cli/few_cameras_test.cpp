@@ -81,15 +81,15 @@ TEST_F(FewCameras, LabelsAreForeground) {
     });
     const Outcome o = reconstruct(folder);
     EXPECT_EQ(o.code, 0) << o.text;
-    const std::string told = "the mask has values 0 and " + std::to_string(label) + "; white is " +
-                             (type == CV_8U ? "255" : "65535") + ": all but 0 is taken as foreground";
-    EXPECT_NE(o.text.find(told), std::string::npos) << o.text;
+    const std::string reported = "the mask has values 0 and " + std::to_string(label) + "; white is " +
+                                 (type == CV_8U ? "255" : "65535") + ": all but 0 is taken as foreground";
+    EXPECT_NE(o.text.find(reported), std::string::npos) << o.text;
     EXPECT_EQ(read_json("r.json")["frames"][0]["volume_m3"], volume_m3);
     const Outcome doctor = run_tactus("doctor " + folder + "/rig.yaml");
     EXPECT_EQ(doctor.code, 0);
     // A line a camera.
     for (const std::string& text : {o.text, doctor.text}) {
-      EXPECT_EQ(count_of(text, told), 6) << text;
+      EXPECT_EQ(count_of(text, reported), 6) << text;
       EXPECT_EQ(count_of(text, "; camera '"), 0) << text;
     }
   }
@@ -141,8 +141,8 @@ TEST_F(FewCameras, LensesOfOtherImagesAreNamed) {
   EXPECT_NE(o.text.find("K of half the size"), std::string::npos) << o.text;
 }
 
-/// Contact's surface had room for 2^21 triangles, less than that of a hull of 512 voxels.
-TEST_F(FewCameras, FineHullsHaveRoom) {
+/// Contact's surface had capacity for 2^21 triangles, less than that of a hull of 512 voxels.
+TEST_F(FewCameras, FineHullsHaveCapacity) {
   Outcome o =
       run_tactus("reconstruct hand --resolution 512 --devices cpu --no-depth --json " + path("r.json"));
   EXPECT_EQ(o.code, 0) << o.text;

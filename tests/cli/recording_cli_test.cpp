@@ -50,10 +50,10 @@ TEST_F(RecordingCli, KilledWhileRecordingItReplaysToTheLastWholeSet) {
   const nlohmann::json json = read_json("r.json");
   const int frames = json["frames"];
   EXPECT_GE(frames, 6);
-  const std::string told = json["statuses"][0];
+  const std::string reported = json["statuses"][0];
   EXPECT_TRUE(told.starts_with("the recording is not whole: it was cut off after " + std::to_string(frames) +
                                " frames, at byte "))
-      << told;
+      << reported;
   EXPECT_EQ(hash_of("--devices cpu --frames " + std::to_string(frames)), replayed);
 }
 
@@ -102,8 +102,8 @@ TEST_F(RecordingCli, WrongFilesHaveOneMessage) {
                  {"is not overwritten"});
 }
 
-/// A budget that is never reached changes no bit; one that no frame meets makes every saving, each with a
-/// notice.
+/// A budget that is never reached changes no bit; one that no frame meets makes every quality_reduction, each
+/// with a notice.
 TEST_F(RecordingCli, ABudgetSavesOnlyWhenFramesTakeLonger) {
   scene("0-11");
   const auto run = [&](const std::string& budget) {
@@ -116,11 +116,11 @@ TEST_F(RecordingCli, ABudgetSavesOnlyWhenFramesTakeLonger) {
   };
   const nlohmann::json none = run(""), ample = run(" --budget 10s"), tight = run(" --budget 0.1ms");
   EXPECT_EQ(ample["state_hash"], none["state_hash"]);
-  EXPECT_EQ(ample["budget"]["savings"].back(), 0);
+  EXPECT_EQ(ample["budget"]["quality_reductions"].back(), 0);
   EXPECT_FALSE(none.contains("budget"));
-  EXPECT_EQ(tight["budget"]["savings"].back(), 2);  // hull, samples: no photographs, no liquid
+  EXPECT_EQ(tight["budget"]["quality_reductions"].back(), 2);  // hull, samples: no photographs, no liquid
   EXPECT_EQ(tight["budget"]["frames_above"], 12);
-  EXPECT_EQ(tight["notices"].size(), 3U);  // two savings, and that the budget can't be met
+  EXPECT_EQ(tight["notices"].size(), 3U);  // two quality_reductions, and that the budget can't be met
   const std::string command = "run " + path("s.yaml") + " --view none --budget ";
   for (const std::string wrong : {"0", "-3ms", "11min", "fast", "nan"})
     expect_refused(command + wrong, 2, {"--budget '" + wrong + "'", "11ms"});

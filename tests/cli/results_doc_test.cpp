@@ -88,7 +88,7 @@ TEST_F(ResultsDoc, ExplainsEveryKeyOfARun) {
         "probes: [{name: top, body: block, position_m: [0, 0.1, 0]}]\n");
   Keys written;
   run("run " + path("s.yaml") + " --devices cpu --view none --frames 3 --budget 0.1ms", written);
-  EXPECT_TRUE(written.contains("budget.savings[]"));
+  EXPECT_TRUE(written.contains("budget.quality_reductions[]"));
   expect_explained("run", written);
 }
 

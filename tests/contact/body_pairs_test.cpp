@@ -259,7 +259,7 @@ TEST(BodyPairs, ReactionsAreWeightsAndOpposite) {
   EXPECT_EQ(reactions[0].reaction.force_N, -reactions[1].reaction.force_N);
   EXPECT_EQ(reactions[0].reaction.torque_N_m, -reactions[1].reaction.torque_N_m);
   const double up = static_cast<double>(reactions[0].reaction.force_N.y),
-               floor = -static_cast<double>(scene.on_obstacles(0).owners.at(0).force_N.y);
+               floor = -static_cast<double>(scene.on_obstacles(0).colliders.at(0).force_N.y);
   std::printf("high %.5f N of %.5f, floor %.5f N, low takes %.5f of %.5f\n", up, on_high, floor, floor - up,
               on_low);
   // The balance of momentum, to the rounding of the impulses of ~100 substeps in float.
@@ -314,9 +314,9 @@ TEST(PinchAndLift, FingersCarryWhatTheyHold) {
   const Vec3d before = momentum();
   const ContactReport report = pinch.frame(0.004F, Pinch::kLift_m, 9.81F, 0);
   const Vec3d change = (momentum() - before) / double{Pinch::kFrame_s};
-  ASSERT_EQ(report.owners.size(), 2U);
-  const Vec3d left = vec_cast<double>(report.owners[0].force_N),
-              right = vec_cast<double>(report.owners[1].force_N);
+  ASSERT_EQ(report.colliders.size(), 2U);
+  const Vec3d left = vec_cast<double>(report.colliders[0].force_N),
+              right = vec_cast<double>(report.colliders[1].force_N);
   const double weight = 9.81 * pinch.block.lattice.mass_kg();
   std::printf("left (%.4f, %.4f) N, right (%.4f, %.4f) N, weight %.4f N, behind by %.2g m\n", left.x, left.y,
               right.x, right.y, weight, behind);
@@ -326,9 +326,9 @@ TEST(PinchAndLift, FingersCarryWhatTheyHold) {
   EXPECT_NEAR(-left.y, 0.5 * weight, 0.02 * weight);
   EXPECT_NEAR(-right.y, 0.5 * weight, 0.02 * weight);
   EXPECT_LT(0.5 * weight, 0.5 * std::abs(left.x)) << "below the limit of friction";
-  // The pieces' measured motion is noisy by a hundredth of a spacing (real_surface_test).
+  // The components' measured motion is noisy by a hundredth of a spacing (real_surface_test).
   EXPECT_LT(std::abs(behind), 0.02 * 0.01);
-  // The sum over the pieces is the whole.
+  // The sum over the components is the whole.
   const Vec3d sum = left + right - vec_cast<double>(report.force_N);
   EXPECT_LT(length(sum), 1e-6 * (length(left) + length(right)));
 }

@@ -15,7 +15,7 @@ namespace tactus {
 namespace {
 
 constexpr float kSpacing_m = 0.01F, kReach_m = 1.5F * kSpacing_m;
-constexpr Index kOwner = 7;
+constexpr Index kCollider = 7;
 
 struct Surface {
   std::vector<Vec3f> x_m;
@@ -50,18 +50,18 @@ struct Seen {
 /// A surface that is a wall, each vertex on a node of 1 kg, and particles beside it.
 class Walls {
  public:
-  /// @param parts that the walls are for: with several, no active set follows the liquid @param room for
+  /// @param parts that the walls are for: with several, no active set follows the liquid @param capacity for
   /// particles
-  Walls(DeviceSet& devices, const Surface& surface, Index room, int parts = 1)
+  Walls(DeviceSet& devices, const Surface& surface, Index capacity, int parts = 1)
       : ctx_(devices.context(0)),
         x_(on_device(surface.x_m)),
         v_(on_device(std::vector<Vec3f>(surface.x_m.size()))),
         mass_(on_device(std::vector<float>(surface.x_m.size(), 1.F))),
-        count_(ctx_.device(), room),
-        near_(ctx_.device(), std::int64_t{kNearWalls} * room),
-        search_(ctx_.device(), {.max_particles = room, .reach_m = 2 * kSpacing_m}),
+        count_(ctx_.device(), capacity),
+        near_(ctx_.device(), std::int64_t{kNearWalls} * capacity),
+        search_(ctx_.device(), {.max_particles = capacity, .reach_m = 2 * kSpacing_m}),
         none_(devices.context(parts - 1).device(), {.max_particles = 1, .reach_m = 2 * kSpacing_m}),
-        walls_(devices, parts, given(surface), kOwner, kSpacing_m, room) {
+        walls_(devices, parts, given(surface), kCollider, kSpacing_m, capacity) {
     Buffer<Vec3f> no_x(devices.context(parts - 1).device(), 1);
     none_.build(devices.context(parts - 1), no_x.const_view(), {}, Count(0));
     devices.synchronize();
@@ -221,7 +221,8 @@ TEST_P(BodyWallsOn, SeeOneSideOfABox) {
   expect_one_side_of_a_box(look(GetParam(), box_of(kHalf_m, {3, 2, 2}), points, {}), kHalf_m, points, 2000);
 }
 
-/// Of triangles of 0.22 mm², 3,000 are within reach of a particle at a face: no list has room for so many.
+/// Of triangles of 0.22 mm², 3,000 are within reach of a particle at a face: no list has capacity for so
+/// many.
 TEST_P(BodyWallsOn, SeeOneSideOfABoxOfMoreTrianglesThanAreListed) {
   std::vector<Vec3f> points;
   for (int k = 0; k < 200; ++k)

@@ -13,7 +13,7 @@ TriangleMesh unit_sphere(Index n);
 /// A closed box centred at 0, n x n quads a face, corners kept sharp (no normals).
 TriangleMesh box(Vec3f half_m, Index n);
 TriangleMesh transformed(TriangleMesh mesh, const Rigidf& T, float scale = 1);
-/// Both, as separate pieces.
+/// Both, as separate components.
 TriangleMesh together(TriangleMesh a, const TriangleMesh& b);
 
 /// A mesh in device memory.

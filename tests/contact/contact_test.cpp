@@ -172,7 +172,7 @@ TEST(Contact, EachPlateDragsWhatTouchesIt) {
   };
   RealSurface surface(ctx.device(), test::small_surface(kSpacing));
   for (const float t : {-kDt, 0.F}) surface.update(ctx, test::DeviceMesh(ctx, plates(t)).view(), kDt);
-  ASSERT_EQ(surface.report(ctx).pieces.count, 2);
+  ASSERT_EQ(surface.report(ctx).components.count, 2);
   for (const float t : {0.F, -0.5F * kDt}) {
     std::vector<Vec3f> x;
     for (int k = 0; k < 2; ++k) x.push_back(Vec3f{k == 0 ? -0.06F : 0.06F, -0.001F, 0} + t * velocity[k]);
@@ -291,7 +291,7 @@ TEST_P(ContactOn, WhatIsOutsideChangesNothing) {
     const test::DeviceMesh mesh(ctx, boxes);
     surface.update(ctx, mesh.view(), 0);
     const RealSurfaceReport report = surface.report(ctx);
-    ASSERT_EQ(report.pieces.count, 2);
+    ASSERT_EQ(report.components.count, 2);
     test::Nodes nodes(x, 1e-3F);
     Contact contact(ctx.device());
     nodes.begin_frame(ctx);

@@ -51,7 +51,7 @@ struct Searcher {
   }
 };
 
-/// A box and a blade that turn and move as two pieces, a mesh that stands still, and a plane.
+/// A box and a blade that turn and move as two components, a mesh that stands still, and a plane.
 struct Surroundings {
   RealSurface surface;
   Obstacles obstacles;
@@ -84,7 +84,7 @@ struct Surroundings {
     ctx.parallel_for(
         "pose", kSubsteps,
         PoseSurface{surface.motions(),
-                    surface.pieces(),
+                    surface.components(),
                     {.dt_s = kSubstep, .substeps = kSubsteps, .dt_frame_s = kSubsteps * kSubstep},
                     poses.view()});
   }
@@ -137,12 +137,14 @@ TEST(FindContacts, WhatIsKeptChangesNothing) {
       for (std::size_t how = 1; how < all.size(); ++how) {
         ASSERT_EQ(touching[how][i], touching[0][i]) << "point " << i << " substep " << k << " how " << how;
         if (touching[0][i] == 0) continue;
-        ASSERT_EQ(contact[how][i].owner, contact[0][i].owner) << "point " << i << " substep " << k;
-        ASSERT_EQ(contact[how][i].push_m, contact[0][i].push_m) << "point " << i << " substep " << k;
-        ASSERT_EQ(contact[how][i].kick_m_s, contact[0][i].kick_m_s) << "point " << i << " substep " << k;
+        ASSERT_EQ(contact[how][i].collider, contact[0][i].collider) << "point " << i << " substep " << k;
+        ASSERT_EQ(contact[how][i].position_correction_m, contact[0][i].position_correction_m)
+            << "point " << i << " substep " << k;
+        ASSERT_EQ(contact[how][i].velocity_correction_m_s, contact[0][i].velocity_correction_m_s)
+            << "point " << i << " substep " << k;
         ASSERT_EQ(contact[how][i].anchor_m, contact[0][i].anchor_m) << "point " << i << " substep " << k;
       }
-      if (touching[0][i] == 1) x[i] += contact[0][i].push_m;
+      if (touching[0][i] == 1) x[i] += contact[0][i].position_correction_m;
       touched += touching[0][i] == 1 ? 1 : 0;
       lists += near[i].count > 0 ? 1 : 0;
       crowded += near[i].listed_m == 0.F ? 1 : 0;

@@ -219,10 +219,10 @@ TEST(Outsider, ReactionsAddUpToTheWeight) {
   const double before = beam.monitors(ctx).momentum_kg_m_s.y;
   const ContactReport report = scene.run(substeps, dt, {0, -9.81F, 0});
   const double after = beam.monitors(ctx).momentum_kg_m_s.y;
-  ASSERT_EQ(report.owners.size(), 2U);
+  ASSERT_EQ(report.colliders.size(), 2U);
   const double weight = 9.81 * beam.lattice.mass_kg(), frame_s = static_cast<double>(dt) * substeps;
-  const double left = static_cast<double>(-report.owners[0].force_N.y),
-               right = static_cast<double>(-report.owners[1].force_N.y);
+  const double left = static_cast<double>(-report.colliders[0].force_N.y),
+               right = static_cast<double>(-report.colliders[1].force_N.y);
   std::printf("weight %.5f N, left %.5f N, right %.5f N\n", weight, left, right);
   // The balance of momentum, to the rounding of ~100 substeps' impulses in float.
   EXPECT_NEAR(left + right, weight + (after - before) / frame_s, 2e-5 * weight);

@@ -26,10 +26,10 @@ TACTUS_INSTANTIATE_DEVICES(RealSurfaceOn);
 struct HostSamples {
   std::vector<Vec3f> x, n;
   std::vector<float> area;
-  std::vector<Index> piece;
-  SurfacePieces pieces;
-  std::array<SurfaceMotion, kPieces> motions;
-  SurfaceMotion motion;  ///< of the first piece
+  std::vector<Index> component;
+  SurfaceComponents components;
+  std::array<SurfaceMotion, kComponents> motions;
+  SurfaceMotion motion;  ///< of the first component
 };
 
 /// The last of these frames on a device.
@@ -46,8 +46,8 @@ HostSamples run(ExecContext& ctx, const std::vector<TriangleMesh>& frames, float
   return {to_host(ctx, s.x_m.part(0, n)),
           to_host(ctx, s.n.part(0, n)),
           to_host(ctx, s.area_m2.part(0, n)),
-          to_host(ctx, s.piece.part(0, n)),
-          report.pieces,
+          to_host(ctx, s.component.part(0, n)),
+          report.components,
           report.motions,
           report.motions[0]};
 }
@@ -164,7 +164,7 @@ TEST(RealSurface, WhatCannotBeRegisteredFallsBack) {
 double velocity_error(const HostSamples& s, float t_s, const std::function<Vec3f(Vec3f)>& truth) {
   double wrong = 0, all = 0;
   for (std::size_t i = 0; i < s.x.size(); ++i) {
-    const SurfaceMotion& motion = s.motions[static_cast<std::size_t>(std::max(s.piece[i], Index(0)))];
+    const SurfaceMotion& motion = s.motions[static_cast<std::size_t>(std::max(s.component[i], Index(0)))];
     const Vec3f v = truth(s.x[i]);
     const auto off = vec_cast<double>(motion.velocity_at(s.x[i], t_s) - v), want = vec_cast<double>(v);
     wrong += dot(off, off);
@@ -185,13 +185,13 @@ TEST_P(RealSurfaceOn, TwoSpheresMoveInOppositeDirections) {
   };
   const std::vector<TriangleMesh> frames = {frame(16, 0), frame(17, dt), frame(15, 2 * dt)};
   const HostSamples s = on_cpu(frames, dt);
-  EXPECT_EQ(s.pieces.count, 2);
-  EXPECT_GT(s.pieces.piece[0].area_m2, s.pieces.piece[1].area_m2);
+  EXPECT_EQ(s.components.count, 2);
+  EXPECT_GT(s.components.component[0].area_m2, s.components.component[1].area_m2);
   // Half the bound of 0.03 m/s that the test above derives for boxes, at 0.6 m/s: spheres have no edges.
   EXPECT_LT(velocity_error(s, 0, [&](Vec3f x) { return x.x < 0 ? v : -v; }), 0.05);
   // One motion for both, as the centre of all of it moves: two thirds of the first sphere's velocity.
   HostSamples one = s;
-  one.piece.assign(one.piece.size(), 0);
+  one.component.assign(one.component.size(), 0);
   one.motions[0] = {};
   one.motions[0].velocity_m_s = (16.F - 9.F) / 25.F * v;
   EXPECT_GT(velocity_error(one, 0, [&](Vec3f x) { return x.x < 0 ? v : -v; }), 0.9);
@@ -199,17 +199,17 @@ TEST_P(RealSurfaceOn, TwoSpheresMoveInOppositeDirections) {
   devices.for_each_part([&](ExecContext& ctx, int) {
     const HostSamples there = run(ctx, frames, dt);
     EXPECT_EQ(there.x, s.x);
-    EXPECT_EQ(there.piece, s.piece);
+    EXPECT_EQ(there.component, s.component);
     for (std::size_t k = 0; k < 2; ++k) {
       EXPECT_EQ(there.motions[k].velocity_m_s, s.motions[k].velocity_m_s);
       EXPECT_EQ(there.motions[k].spin_rad_s, s.motions[k].spin_rad_s);
-      EXPECT_EQ(there.pieces.piece[k].label, s.pieces.piece[k].label);
+      EXPECT_EQ(there.components.component[k].label, s.components.component[k].label);
     }
   });
 }
 
-TEST(RealSurface, PiecesTurnForThemselvesAndKeepTheirLabels) {
-  // Three boxes; the second grows until it is the largest, so the pieces' order changes and labels don't.
+TEST(RealSurface, ComponentsTurnForThemselvesAndKeepTheirLabels) {
+  // Three boxes; the second grows until it is the largest, so the components' order changes and labels don't.
   const float dt = 1.F / 30;
   const Vec3f spin[3] = {{3, 0, 0}, {0, -4, 0}, {0, 0, 2}},
               v[3] = {{0.3F, 0, 0}, {0, 0, -0.4F}, {0, 0.5F, 0}};
@@ -227,17 +227,17 @@ TEST(RealSurface, PiecesTurnForThemselvesAndKeepTheirLabels) {
   const HostSamples before = on_cpu({frame(0, 0.95F), frame(dt, 0.97F)}, dt);
   const HostSamples after =
       on_cpu({frame(0, 0.95F), frame(dt, 0.97F), frame(2 * dt, 1.03F), frame(3 * dt, 1.03F)}, dt);
-  ASSERT_EQ(before.pieces.count, 3);
-  ASSERT_EQ(after.pieces.count, 3);
+  ASSERT_EQ(before.components.count, 3);
+  ASSERT_EQ(after.components.count, 3);
   const auto middle = [](const HostSamples& s) {
     for (int k = 0; k < 3; ++k) {
-      if (std::abs(s.pieces.piece[k].center_m.x - 0.2F) < 0.05F) return k;
+      if (std::abs(s.components.component[k].center_m.x - 0.2F) < 0.05F) return k;
     }
     return -1;
   };
   EXPECT_EQ(middle(before), 2);
   EXPECT_EQ(middle(after), 0);
-  EXPECT_EQ(before.pieces.piece[2].label, after.pieces.piece[0].label);
+  EXPECT_EQ(before.components.component[2].label, after.components.component[0].label);
   EXPECT_LT(velocity_error(after, 0,
                            [&](Vec3f x) {
                              const int k = x.x < 0.1F ? 0 : x.x < 0.3F ? 1 : 2;
@@ -247,11 +247,11 @@ TEST(RealSurface, PiecesTurnForThemselvesAndKeepTheirLabels) {
             0.05);
 }
 
-/// The label of the piece nearest to a point.
-Index label_at(const SurfacePieces& pieces, Vec3f p_m) {
-  const SurfacePiece* const end = pieces.piece + pieces.count;
-  return std::min_element(pieces.piece, end,
-                          [&](const SurfacePiece& a, const SurfacePiece& b) {
+/// The label of the component nearest to a point.
+Index label_at(const SurfaceComponents& components, Vec3f p_m) {
+  const SurfaceComponent* const end = components.component + components.count;
+  return std::min_element(components.component, end,
+                          [&](const SurfaceComponent& a, const SurfaceComponent& b) {
                             return length(a.center_m - p_m) < length(b.center_m - p_m);
                           })
       ->label;
@@ -275,14 +275,14 @@ TEST(RealSurface, WhatIsLostForAMomentKeepsItsLabel) {
           mesh, test::transformed(test::box({0.03F, 0.03F, 0.03F}, 8), {Mat3f::identity(), at[2]}));
     const test::DeviceMesh on_device(cpu.context(0), mesh);
     surface.update(cpu.context(0), on_device.view(), 1.F / 30);
-    const SurfacePieces pieces = surface.report(cpu.context(0)).pieces;
+    const SurfaceComponents components = surface.report(cpu.context(0)).components;
     if (frame == 0)
-      for (const Vec3f p : at) labels.push_back(label_at(pieces, p));
-    EXPECT_EQ(label_at(pieces, at[0]), labels[0]) << frame;
-    EXPECT_EQ(label_at(pieces, at[1]), labels[1]) << frame;
+      for (const Vec3f p : at) labels.push_back(label_at(components, p));
+    EXPECT_EQ(label_at(components, at[0]), labels[0]) << frame;
+    EXPECT_EQ(label_at(components, at[1]), labels[1]) << frame;
     // After the long absence: the next that was never given.
     if (!is_away) {
-      EXPECT_EQ(label_at(pieces, at[2]), frame < 20 ? labels[2] : 3) << frame;
+      EXPECT_EQ(label_at(components, at[2]), frame < 20 ? labels[2] : 3) << frame;
     }
   }
   EXPECT_NE(labels[0], labels[1]);
@@ -290,7 +290,8 @@ TEST(RealSurface, WhatIsLostForAMomentKeepsItsLabel) {
 }
 
 TEST(RealSurface, LabelsComeBackAfterATouch) {
-  // A gap of 12 cm closes by 2 cm a frame; from frame 6 to 12 the boxes are one piece, then it opens again.
+  // A gap of 12 cm closes by 2 cm a frame; from frame 6 to 12 the boxes are one component, then it opens
+  // again.
   DeviceSet cpu("cpu");
   RealSurface surface(cpu.device(0), test::small_surface(kSpacing));
   Index left = -1, right = -1;
@@ -304,15 +305,15 @@ TEST(RealSurface, LabelsComeBackAfterATouch) {
     if (half_gap == 0) mesh.triangles.push_back({0, 0, static_cast<Index>(mesh.positions_m.size()) - 1});
     const test::DeviceMesh on_device(cpu.context(0), mesh);
     surface.update(cpu.context(0), on_device.view(), 1.F / 30);
-    const SurfacePieces pieces = surface.report(cpu.context(0)).pieces;
-    ASSERT_EQ(pieces.count, half_gap == 0 ? 1 : 2) << frame;
+    const SurfaceComponents components = surface.report(cpu.context(0)).components;
+    ASSERT_EQ(components.count, half_gap == 0 ? 1 : 2) << frame;
     if (half_gap == 0) continue;
     if (frame == 0) {
-      left = label_at(pieces, at[0]);
-      right = label_at(pieces, at[1]);
+      left = label_at(components, at[0]);
+      right = label_at(components, at[1]);
     }
-    EXPECT_EQ(label_at(pieces, at[0]), left) << frame;
-    EXPECT_EQ(label_at(pieces, at[1]), right) << frame;
+    EXPECT_EQ(label_at(components, at[0]), left) << frame;
+    EXPECT_EQ(label_at(components, at[1]), right) << frame;
   }
 }
 
@@ -330,8 +331,8 @@ TEST(RealSurface, WhatJoinsOrComesApartMovesOnForAFrame) {
   };
   const HostSamples apart = on_cpu({frame(0, true), frame(dt, true), frame(2 * dt, false)}, dt);
   const HostSamples joined = on_cpu({frame(0, false), frame(dt, false), frame(2 * dt, true)}, dt);
-  EXPECT_EQ(apart.pieces.count, 2);
-  EXPECT_EQ(joined.pieces.count, 1);
+  EXPECT_EQ(apart.components.count, 2);
+  EXPECT_EQ(joined.components.count, 1);
   const auto truth = [&](Vec3f) { return v; };
   EXPECT_LT(velocity_error(apart, 0, truth), 0.1);  // 0.03 m/s, as above
   EXPECT_LT(velocity_error(joined, 0, truth), 0.1);
@@ -358,8 +359,9 @@ TEST(RealSurface, CrumbsBorrowAndDoNotDisturb) {
     }
   }
   const HostSamples alone = on_cpu(clean, dt), s = on_cpu(dusty, dt);
-  EXPECT_EQ(s.pieces.count, 1);
-  EXPECT_EQ(std::count(s.piece.begin(), s.piece.end(), 0), static_cast<std::ptrdiff_t>(alone.x.size()));
+  EXPECT_EQ(s.components.count, 1);
+  EXPECT_EQ(std::count(s.component.begin(), s.component.end(), 0),
+            static_cast<std::ptrdiff_t>(alone.x.size()));
   EXPECT_GT(s.x.size(), alone.x.size());
   EXPECT_LT(length(s.motion.velocity_m_s - Vec3f{0, 0.5F, 0}), 0.03F);
   EXPECT_EQ(s.motion.source, alone.motion.source);
@@ -388,7 +390,7 @@ TEST(RealSurface, BadMeshesAndOverflowAreSurvivedAndCounted) {
   EXPECT_GT(report.dropped_raw_samples, 0);
   EXPECT_GT(report.dropped_samples, 0);
 
-  // Room for as many triangles as a hull of 512 voxels has changes nothing.
+  // Capacity for as many triangles as a hull of 512 voxels has changes nothing.
   settings.max_triangles = 1 << 22;
   RealSurface roomy(ctx.device(), settings);
   roomy.update(ctx, on_device.view(), 0);

@@ -52,7 +52,7 @@ TEST(SideOfPoint, AgreesWithTheWindingNumberNearEdgesAndCorners) {
         // the same when they differ by less than 5e-5 of them: from 1e-4 m on.
         if (truth.distance_m(p) < 1e-4F) continue;
         const bool is_inside = truth.inside(p);
-        const SurfaceGap gap = surface.triangles().gap(kAnyPiece, p, p, 2 * spacing_m, {});
+        const SurfaceGap gap = surface.triangles().gap(kAnyComponent, p, p, 2 * spacing_m, {});
         wrong += gap.inside != is_inside ? 1 : 0;
         inside += is_inside ? 1 : 0;
         ++count;

@@ -32,7 +32,7 @@ ObstacleDescription blade() {
 }
 
 /// Free nodes and one tool, in frames of 20 ms.
-struct Room {
+struct Capacity {
   ExecContext& ctx;
   test::Nodes nodes;
   RealSurface surface;
@@ -42,8 +42,8 @@ struct Room {
   Vec3f center_m;  ///< of the tool at the last capture
   Vec3d impulse_N_s;
 
-  Room(ExecContext& context, std::vector<Vec3f> x, Vec3f tool_m, const ObstacleDescription& tool = blade(),
-       const ContactSettings& settings = {.friction = 0})
+  Capacity(ExecContext& context, std::vector<Vec3f> x, Vec3f tool_m,
+           const ObstacleDescription& tool = blade(), const ContactSettings& settings = {.friction = 0})
       : ctx(context),
         nodes(std::move(x)),
         surface(ctx.device(), test::small_surface(kSpacing)),
@@ -66,8 +66,8 @@ struct Room {
       for (std::size_t i = 0; i < nodes.x.size(); ++i) nodes.x[i] += kSubstep_s * nodes.v[i];
       nodes.correct(ctx, contact, surface, k, false, obstacles.view());
     }
-    for (const OwnerReaction& r : nodes.report(ctx, kFrame_s, kSubsteps).owners) {
-      EXPECT_EQ(r.owner, kPieces);
+    for (const ColliderReaction& r : nodes.report(ctx, kFrame_s, kSubsteps).colliders) {
+      EXPECT_EQ(r.collider, kComponents);
       impulse_N_s += vec_cast<double>(r.impulse_N_s);
     }
   }
@@ -83,29 +83,29 @@ struct Room {
 /// momentum. Rounding: 45 nodes of 1 g in floats of 0.1 m/s, and sums in units of 2^-40 N s.
 TEST_P(ToolOn, AFlankPushes) {
   DeviceSet devices(GetParam());
-  Room room(devices.context(0), test::block({5, 3, 3}, 0.004F, {0, 0, 0.006F}), {0, 0, -0.004F});
-  for (int f = 0; f < 6; ++f) room.frame({0, 0, 0.1F});
-  for (std::size_t i = 0; i < room.nodes.x.size(); ++i) {
-    EXPECT_GE(room.nodes.x[i].z, room.center_m.z + kHalf_m - 1e-6F) << i;
-    EXPECT_EQ(room.nodes.v[i].x, 0.F);
-    if (room.nodes.v[i].z != 0.F) {
-      EXPECT_NEAR(room.nodes.v[i].z, 0.1F, 1e-5F) << i;
+  Capacity capacity(devices.context(0), test::block({5, 3, 3}, 0.004F, {0, 0, 0.006F}), {0, 0, -0.004F});
+  for (int f = 0; f < 6; ++f) capacity.frame({0, 0, 0.1F});
+  for (std::size_t i = 0; i < capacity.nodes.x.size(); ++i) {
+    EXPECT_GE(capacity.nodes.x[i].z, capacity.center_m.z + kHalf_m - 1e-6F) << i;
+    EXPECT_EQ(capacity.nodes.v[i].x, 0.F);
+    if (capacity.nodes.v[i].z != 0.F) {
+      EXPECT_NEAR(capacity.nodes.v[i].z, 0.1F, 1e-5F) << i;
     }
   }
-  const Vec3d momentum = room.momentum_N_s();
+  const Vec3d momentum = capacity.momentum_N_s();
   EXPECT_GT(momentum.z, 15 * 1e-3 * 0.0999);  // at least the first layer
-  EXPECT_NEAR(length(room.impulse_N_s + momentum), 0, 1e-6 * momentum.z);
+  EXPECT_NEAR(length(capacity.impulse_N_s + momentum), 0, 1e-6 * momentum.z);
 }
 
 /// Sliding along its flank ten times as fast as it presses, it rubs by mu times what it presses.
 TEST_P(ToolOn, AFlankRubs) {
   DeviceSet devices(GetParam());
-  Room room(devices.context(0), {{0, 0, 0.0006F}}, {0, 0, 0}, blade(), {.friction = 0.3F});
-  room.frame({0.1F, 0, 0.01F});
-  const Vec3f v = room.nodes.v[0];
+  Capacity capacity(devices.context(0), {{0, 0, 0.0006F}}, {0, 0, 0}, blade(), {.friction = 0.3F});
+  capacity.frame({0.1F, 0, 0.01F});
+  const Vec3f v = capacity.nodes.v[0];
   EXPECT_NEAR(v.z, 0.01F, 1e-6F);
   EXPECT_NEAR(v.x, 0.3F * 0.01F, 1e-6F);  // Coulomb, at the first touch; then it presses no more
-  EXPECT_NEAR(room.impulse_N_s.x / room.impulse_N_s.z, 0.3, 1e-3);
+  EXPECT_NEAR(capacity.impulse_N_s.x / capacity.impulse_N_s.z, 0.3, 1e-3);
 }
 
 /// What the edge comes upon is parted and not driven before it: nothing moves along the way of the edge, and
@@ -115,7 +115,8 @@ TEST_P(ToolOn, AnEdgeDoesNotPush) {
   const std::vector<Vec3f> rest{{0, 0, 0}, {0.004F, 0, 0.0002F}, {-0.004F, 0, -0.0003F}};
   ObstacleDescription blunt = blade();
   blunt.edge_m = {};
-  Room sharp(devices.context(0), rest, {0, 0.02F, 0}), dull(devices.context(0), rest, {0, 0.02F, 0}, blunt);
+  Capacity sharp(devices.context(0), rest, {0, 0.02F, 0}),
+      dull(devices.context(0), rest, {0, 0.02F, 0}, blunt);
   for (int f = 0; f < 5; ++f) {
     sharp.frame({0, -0.15F, 0});
     dull.frame({0, -0.15F, 0});
@@ -133,10 +134,10 @@ TEST_P(ToolOn, AnEdgeDoesNotPush) {
 /// It is where nobody knows: it touches nothing.
 TEST_P(ToolOn, WhatIsNotThereDoesNotTouch) {
   DeviceSet devices(GetParam());
-  Room room(devices.context(0), {{0, 0, 0.002F}}, {0, 0, 0});
-  for (int f = 0; f < 3; ++f) room.frame({0, 0, 0.1F}, false);
-  EXPECT_EQ(room.nodes.x[0].z, 0.002F);
-  EXPECT_EQ(length(room.impulse_N_s), 0);
+  Capacity capacity(devices.context(0), {{0, 0, 0.002F}}, {0, 0, 0});
+  for (int f = 0; f < 3; ++f) capacity.frame({0, 0, 0.1F}, false);
+  EXPECT_EQ(capacity.nodes.x[0].z, 0.002F);
+  EXPECT_EQ(length(capacity.impulse_N_s), 0);
 }
 
 /// Both walls of a cut are where the blade is. Each goes to its own side, from wherever in the blade, little
@@ -144,7 +145,7 @@ TEST_P(ToolOn, WhatIsNotThereDoesNotTouch) {
 TEST_P(ToolOn, WallsOfACutGoToTheirSides) {
   DeviceSet devices(GetParam());
   ExecContext& ctx = devices.context(0);
-  Room room(ctx, {}, {0, 0, 0});
+  Capacity capacity(ctx, {}, {0, 0, 0});
   // Of each point two nodes: one where it is, and one a spacing farther along z.
   const std::vector<float> at_m{-0.0004F, -0.0001F, 0, 0.0001F, 0.0004F};
   std::vector<Vec3f> x_m;
@@ -169,13 +170,14 @@ TEST_P(ToolOn, WallsOfACutGoToTheirSides) {
   Buffer<Vec3f> x = to_device(ctx, x_m), v = to_device(ctx, std::vector<Vec3f>(x_m.size()));
   const Buffer<float> mass = to_device(ctx, std::vector<float>(x_m.size(), 1e-3F));
   const std::vector<ToolMotion> still{{.is_there = 1, .center_m = {}, .velocity_m_s = {}, .spin_rad_s = {}}};
-  ctx.upload(still, room.motion.view());
+  ctx.upload(still, capacity.motion.view());
   touching.begin_frame(ctx);
-  room.contact.begin_frame(ctx, room.surface, {.dt_s = kSubstep_s, .substeps = 10}, room.motion.const_view());
+  capacity.contact.begin_frame(ctx, capacity.surface, {.dt_s = kSubstep_s, .substeps = 10},
+                               capacity.motion.const_view());
   std::vector<Vec3f> before_m = x_m;
   for (int k = 0; k < 10; ++k) {
-    room.contact.correct(ctx, room.surface, room.obstacles.view(), touching,
-                         ContactNodes{x.view(), v.view(), mass.const_view(), {}}, k);
+    capacity.contact.correct(ctx, capacity.surface, capacity.obstacles.view(), touching,
+                             ContactNodes{x.view(), v.view(), mass.const_view(), {}}, k);
     const std::vector<Vec3f> now_m = to_host(ctx, x.const_view());
     for (std::size_t p = 0; p < points.size(); ++p)
       EXPECT_LE(length(now_m[2 * p] - before_m[2 * p]), 0.05F * kSubstep_s + 1e-8F) << p;

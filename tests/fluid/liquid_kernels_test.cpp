@@ -27,8 +27,8 @@ void for_lattice(int lowest, F&& f) {
         if (x != 0 || y != 0 || z != 0) f(std::sqrt(x * x + y * y + z * z), y);
 }
 
-/// In boxes so narrow that more faces are near than there is room for, too. What is kept is not computed, so
-/// it is the same to the bit.
+/// In boxes so narrow that more faces are near than there is capacity for, too. What is kept is not computed,
+/// so it is the same to the bit.
 TEST(BoxWalls, AreThoseThatAreAddedOneByOne) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> unit(0, 1);
@@ -58,7 +58,7 @@ TEST(BoxWalls, AreThoseThatAreAddedOneByOne) {
     full += near > kNearWalls ? 1 : 0;
     ASSERT_EQ(counts[0], counts[1]);
     for (Index w = 0; w < counts[0]; ++w) {
-      EXPECT_EQ(walls[0][w].owner, walls[1][w].owner);
+      EXPECT_EQ(walls[0][w].collider, walls[1][w].collider);
       EXPECT_EQ(walls[0][w].distance_m, walls[1][w].distance_m);
       EXPECT_EQ(dot(walls[0][w].n, walls[1][w].n), 1.F);
     }
@@ -178,7 +178,7 @@ TEST(WallFill, EndsAtEdgesAsALatticeDoes) {
   NearWall on_floor[kNearWalls];
   on_floor[0].n = {1, 0, 0}, on_floor[0].distance_m = 0.5F;
   on_floor[1].n = {0, -1, 0}, on_floor[1].distance_m = -0.5F, on_floor[1].side = NearWall::kBeside;
-  on_floor[2].n = {0, 1, 0}, on_floor[2].distance_m = 0.5F, on_floor[2].owner = 2;
+  on_floor[2].n = {0, 1, 0}, on_floor[2].distance_m = 0.5F, on_floor[2].collider = 2;
   Index three = 3;
   const float fill = WallFill::of({View<Index>(&three, 1), View<NearWall>(on_floor, kNearWalls)}, 0, liquid);
   expect_near({fill, on_floor[0].slope_1_m}, missing([](int a, int b, int) { return a < 0 || b < 0; }),
@@ -202,7 +202,7 @@ TEST(WallFill, HasTheSlopesOfItsFill) {
       walls[i].n = normalized(Vec3f{any(random), any(random), any(random)});
       if (i % 2 == 1) walls[i].n = normalized(0.3F * walls[i].n - walls[i - 1].n);
       walls[i].distance_m = 0.65F + 0.3F * any(random);
-      walls[i].give_1_kg = 1e-4F * (1 + any(random));
+      walls[i].inverse_mass_1_kg = 1e-4F * (1 + any(random));
       if (k % 3 == 0 && i > 1) {
         walls[i].side = NearWall::kBeside;
         walls[i].distance_m -= 0.9F;  // in front and behind

@@ -16,8 +16,8 @@ namespace {
 constexpr Vec3f kGravity{0, -9.81F, 0};
 constexpr float kSpacing = 0.01F;
 
-/// A dam at one end of a trough that ends in a sink, with a jet that has little room; along z for `axis` 2.
-/// Some thin, or have a surface tension.
+/// A dam at one end of a trough that ends in a sink, with a jet that has little capacity; along z for
+/// `axis` 2. Some thin, or have a surface tension.
 LiquidSettings trough(LiquidSolver solver, Index axis = 0) {
   LiquidSettings s{.solver = solver,
                    .iterations = 3,
@@ -117,7 +117,7 @@ class LiquidSplits : public ::testing::TestWithParam<std::string> {
 };
 TACTUS_INSTANTIATE_DEVICES(LiquidSplits);
 
-/// A dam breaks over all cuts, which move with it; the oldest make room for a jet, and a sink takes what
+/// A dam breaks over all cuts, which move with it; the oldest make capacity for a jet, and a sink takes what
 /// comes. 300 steps of dfsph, 1500 of wcsph.
 TEST_P(LiquidSplits, HasTheBitsOfOneDevice) {
   for (const LiquidSolver solver : {LiquidSolver::wcsph, LiquidSolver::dfsph}) {
@@ -129,7 +129,7 @@ TEST_P(LiquidSplits, HasTheBitsOfOneDevice) {
       if (HasFatalFailure()) return;
     }
     EXPECT_GT(expected.states.back().report.taken, 0U) << "something reached the sink";
-    EXPECT_GT(expected.states.back().report.replaced, 0U) << "there was no room for a while";
+    EXPECT_GT(expected.states.back().report.replaced, 0U) << "there was no capacity for a while";
     if (got.most.size() == 1) continue;
     EXPECT_GT(got.cuts.size(), 3U) << "cuts moved";
     for (const int most : got.most) EXPECT_GT(most, 100) << "every device had its share";

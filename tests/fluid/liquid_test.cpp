@@ -29,7 +29,7 @@ LiquidSettings pool_settings(float d, Vec3f size_m) {
           .max_particles = 20000};
 }
 
-/// On the owners of walls, since the last call.
+/// On the colliders of walls, since the last call.
 std::vector<Vec3f> wall_impulses_N_s(ExecContext& ctx, Liquid& liquid) {
   liquid.end_frame();
   return to_host(ctx, liquid.wall_impulses_N_s());
@@ -84,7 +84,7 @@ TEST_P(LiquidOn, HasTheSameBits) {
     compare(solver, false);
     compare(solver, true);
   }
-  // With room for so many, a GPU sorts them by bricks of cells.
+  // With capacity for so many, a GPU sorts them by bricks of cells.
   if (DeviceSet(GetParam()).is_cuda()) compare(LiquidSolver::dfsph, true, LiquidPart::kLeastInBricks);
 }
 

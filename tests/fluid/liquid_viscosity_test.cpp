@@ -47,14 +47,14 @@ void add_cylinders(Liquid& liquid) {
 
 /// [N m] on a cylinder, about its axis. Forces act where the particles are, so what the liquid gets and what
 /// the cylinder gives have the same arm.
-double torque_N_m(Liquid& liquid, Index owner, float dt_s) {
+double torque_N_m(Liquid& liquid, Index collider, float dt_s) {
   const NeighbourCells cells = liquid.search().cells();
   const NearWalls walls = liquid.near_walls();
   double sum = 0;
   for (Index i = 0; i < cells.placed[0]; ++i) {
     for (Index k = 0; k < walls.count[i]; ++k) {
       const NearWall& wall = walls.at(i, k);
-      if (wall.owner != owner) continue;
+      if (wall.collider != collider) continue;
       const Vec3f at = cells.particles[i].x_m;
       sum += double{at.x * wall.impulse_N_s.y - at.y * wall.impulse_N_s.x};
     }

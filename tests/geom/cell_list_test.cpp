@@ -23,7 +23,7 @@ class CellListOn : public ::testing::TestWithParam<std::string> {
 TACTUS_INSTANTIATE_DEVICES(CellListOn);
 
 constexpr float kRadius = 0.1F;
-constexpr Index kRoom = 512;
+constexpr Index kCapacity = 512;
 
 std::vector<Vec3f> random_points(Index n, float extent, unsigned seed) {
   std::mt19937 random(seed);
@@ -40,11 +40,11 @@ std::vector<Index> query(ExecContext& ctx, const std::vector<Vec3f>& particles, 
   const Buffer<Index> count = to_device(ctx, std::vector<Index>{used});
   CellList list(ctx.device(), x.size(), kRadius, 3);
   list.build(ctx, x.view(), Count(count.view(), x.size()));
-  Buffer<Index> found = to_device(ctx, std::vector<Index>(points.size() * kRoom, -1));
+  Buffer<Index> found = to_device(ctx, std::vector<Index>(points.size() * kCapacity, -1));
   Buffer<Index> found_count(ctx.device(), p.size());
-  ctx.parallel_for(
-      "test/collect", p.size(),
-      test::CollectNear{list.view(), x.view(), p.view(), kRadius, kRoom, found.view(), found_count.view()});
+  ctx.parallel_for("test/collect", p.size(),
+                   test::CollectNear{list.view(), x.view(), p.view(), kRadius, kCapacity, found.view(),
+                                     found_count.view()});
   std::vector<Index> all = to_host(ctx, found.view());
   const std::vector<Index> counts = to_host(ctx, found_count.view());
   all.insert(all.end(), counts.begin(), counts.end());
@@ -59,9 +59,9 @@ void expect_brute_force(const std::vector<Index>& result, const std::vector<Vec3
       const Vec3f d = particles[static_cast<std::size_t>(j)] - points[i];
       if (dot(d, d) <= kRadius * kRadius) expected.push_back(j);
     }
-    ASSERT_LT(expected.size(), static_cast<std::size_t>(kRoom));
-    const auto first = result.begin() + static_cast<std::ptrdiff_t>(i * kRoom);
-    std::vector<Index> got(first, first + result[points.size() * kRoom + i]);
+    ASSERT_LT(expected.size(), static_cast<std::size_t>(kCapacity));
+    const auto first = result.begin() + static_cast<std::ptrdiff_t>(i * kCapacity);
+    std::vector<Index> got(first, first + result[points.size() * kCapacity + i]);
     std::sort(got.begin(), got.end());
     EXPECT_EQ(got, expected) << "point " << i;
   }

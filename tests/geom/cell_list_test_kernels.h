@@ -8,7 +8,7 @@ struct CollectNear {
   CellListView cells;
   View<const Vec3f> particles, points;
   float radius;
-  Index room;  ///< places in `found` a point
+  Index capacity;  ///< places in `found` a point
   View<Index> found, count;
   TACTUS_HD void operator()(Index i) const {
     Index n = 0;
@@ -16,7 +16,7 @@ struct CollectNear {
     cells.ranges.for_each_slot(p, [&](Index slot) {
       const Index j = cells.order[slot];
       const Vec3f d = particles[j] - p;
-      if (dot(d, d) <= radius * radius && n < room) found[i * room + n++] = j;
+      if (dot(d, d) <= radius * radius && n < capacity) found[i * capacity + n++] = j;
     });
     count[i] = n;
   }

@@ -240,7 +240,7 @@ TEST(Figures, HandPressesDownToTheNamedHeight) {
 /// docs/scene.md says so of boxes and of `scale`. Boxes of 24 moments hold the figure.
 TEST_P(EveryFigure, StaysInTheBoxThatItsScaleNames) {
   const Figure whole = make_figure(GetParam(), {.moving = true});
-  const Box3f box = whole.bounds_m(), way = figure_way_m(GetParam());
+  const Box3f box = whole.bounds_m(), way = figure_displacement_m(GetParam());
   for (const float s : {0.1F, 0.25F, 0.5F, 0.8F}) {
     const Figure figure = make_figure(GetParam(), {.moving = true, .scale = s});
     const Vec3f low = s * box.min + (1 - s) * way.min, high = s * box.max + (1 - s) * way.max;

@@ -135,7 +135,7 @@ TEST(LatticeCut, RandomEdgesKeepWhatTheyDoNotCut) {
   }
 }
 
-TEST(LatticeCut, RoomIsNoMaterial) {
+TEST(LatticeCut, CapacityIsNoMaterial) {
   const CubeLattice whole = block({5, 3, 2});
   const CubeLattice cut = cut_lattice(whole, plane(0, 2), {.copies = 40, .nodes = 50});
   expect_sound(cut_lattice(whole, plane(0, 2)), whole);

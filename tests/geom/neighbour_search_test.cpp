@@ -123,7 +123,7 @@ void expect_same_listed(ExecContext& ctx, const NeighbourSearch& search, View<co
   }
 }
 
-/// @param capacity room behind the particles, with positions that must not be found
+/// @param capacity capacity behind the particles, with positions that must not be found
 Visited visit(ExecContext& ctx, const Cloud& cloud, CellIds ids, const Cloud* among_cloud = nullptr) {
   constexpr Index kSpare = 100, kListed = 64;
   const auto padded = [&](const Cloud& c) {
@@ -167,7 +167,7 @@ Visited visit(ExecContext& ctx, const Cloud& cloud, CellIds ids, const Cloud* am
 /// Counts of all particles, and order of the visit and list of every `every`-th, against brute force.
 void expect_brute_force(const Visited& got, const Cloud& cloud, const Cloud& among, bool one,
                         std::size_t every) {
-  const std::size_t n = cloud.x_m.size(), room = n == 0 ? 0 : (got.listed.size() - n) / n;
+  const std::size_t n = cloud.x_m.size(), capacity = n == 0 ? 0 : (got.listed.size() - n) / n;
   for (std::size_t i = 0; i < n; i += every) {
     const std::vector<std::size_t> near = brute_force(among, cloud.x_m[i]);
     std::vector<Index> expected = ids_of(among, near);
@@ -179,9 +179,9 @@ void expect_brute_force(const Visited& got, const Cloud& cloud, const Cloud& amo
     ASSERT_EQ(got.count[id], static_cast<Index>(expected.size())) << "id " << id;
     EXPECT_EQ(got.sum[id], ordered_sum(among, near, cloud.x_m[i])) << "id " << id;
     if (one) std::erase(expected, cloud.id[i]);
-    if (expected.size() > room) continue;
-    const auto first = got.listed.begin() + static_cast<std::ptrdiff_t>(id * room);
-    EXPECT_EQ(std::vector<Index>(first, first + got.listed[n * room + id]), expected) << "id " << id;
+    if (expected.size() > capacity) continue;
+    const auto first = got.listed.begin() + static_cast<std::ptrdiff_t>(id * capacity);
+    EXPECT_EQ(std::vector<Index>(first, first + got.listed[n * capacity + id]), expected) << "id " << id;
   }
 }
 
@@ -256,19 +256,20 @@ TEST_P(NeighbourSearchOn, PointsAnywhere) {
   const Cloud cloud = jittered_cloud(12, 0.05F, 9);
   std::vector<Vec3f> points = random_cloud(300, {0.7F, 0.7F, 0.7F}, 10).x_m;
   points[0].y = kNaN;
-  constexpr Index kRoom = 128;
+  constexpr Index kCapacity = 128;
   DeviceSet set(GetParam(), 3);
   set.for_each_part([&](ExecContext& ctx, int) {
     const Buffer<Vec3f> x = to_device(ctx, cloud.x_m), p = to_device(ctx, points);
     const Buffer<Index> id = to_device(ctx, cloud.id);
     NeighbourSearch search(ctx.device(), {.max_particles = x.size(), .reach_m = kReach});
     search.build(ctx, x.view(), id.view(), x.size());
-    Buffer<Index> found(ctx.device(), p.size() * kRoom), count(ctx.device(), p.size());
-    ctx.parallel_for("test/collect", p.size(),
-                     test::CollectNear{search.cells(), p.view(), kReach, kRoom, found.view(), count.view()});
+    Buffer<Index> found(ctx.device(), p.size() * kCapacity), count(ctx.device(), p.size());
+    ctx.parallel_for(
+        "test/collect", p.size(),
+        test::CollectNear{search.cells(), p.view(), kReach, kCapacity, found.view(), count.view()});
     const std::vector<Index> ids = to_host(ctx, found.view()), counts = to_host(ctx, count.view());
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto first = ids.begin() + static_cast<std::ptrdiff_t>(i * kRoom);
+      const auto first = ids.begin() + static_cast<std::ptrdiff_t>(i * kCapacity);
       EXPECT_EQ(std::vector<Index>(first, first + counts[i]), ids_of(cloud, brute_force(cloud, points[i])))
           << "point " << i;
     }
@@ -303,13 +304,13 @@ TEST_P(NeighbourSearchOn, FieldsFollowTheOrder) {
 TEST_P(NeighbourSearchOn, RecordedOnce) {
   DeviceSet set(GetParam(), 3);
   set.for_each_part([&](ExecContext& ctx, int) {
-    constexpr Index kRoom = 20000;
-    Buffer<Vec3f> x(ctx.device(), kRoom);
-    Buffer<Index> id(ctx.device(), kRoom), count(ctx.device(), 1), found(ctx.device(), kRoom);
-    Buffer<float> sum(ctx.device(), kRoom);
-    NeighbourSearch search(ctx.device(), {.max_particles = kRoom, .reach_m = kReach});
+    constexpr Index kCapacity = 20000;
+    Buffer<Vec3f> x(ctx.device(), kCapacity);
+    Buffer<Index> id(ctx.device(), kCapacity), count(ctx.device(), 1), found(ctx.device(), kCapacity);
+    Buffer<float> sum(ctx.device(), kCapacity);
+    NeighbourSearch search(ctx.device(), {.max_particles = kCapacity, .reach_m = kReach});
     const auto step = [&] {
-      search.build(ctx, x.view(), id.view(), Count(count.view(), kRoom));
+      search.build(ctx, x.view(), id.view(), Count(count.view(), kCapacity));
       const View<const SearchParticle> particles = search.cells().particles;
       search.visit(ctx, "test/visit", test::OrderedSum{particles, particles, sum.view(), found.view()});
     };

@@ -8,14 +8,15 @@ struct CollectNear {
   NeighbourCells cells;
   View<const Vec3f> points;
   float reach_m;
-  Index room;  ///< places in `found` a point
+  Index capacity;  ///< places in `found` a point
   View<Index> found, count;
   TACTUS_HD void operator()(Index i) const {
     Index n = 0;
     const Vec3f p = points[i];
     cells.for_each_candidate(p, [&](Index slot) {
       const Vec3f d = cells.particles[slot].x_m - p;
-      if (dot(d, d) <= reach_m * reach_m && n < room) found[i * room + n++] = cells.particles[slot].id;
+      if (dot(d, d) <= reach_m * reach_m && n < capacity)
+        found[i * capacity + n++] = cells.particles[slot].id;
     });
     count[i] = n;
   }
@@ -54,13 +55,13 @@ struct OrderedSum {
 struct CollectLists {
   View<const Index> begin, neighbours;
   View<const SearchParticle> of, among;
-  Index room;
+  Index capacity;
   View<Index> found, count;
   TACTUS_HD void operator()(Index i) const {
     const Index mine = of[i].id;
     Index n = 0;
     for (Index k = begin[i]; k < min(begin[i + 1], neighbours.size()); ++k)
-      if (n < room) found[mine * room + n++] = among[neighbours[k]].id;
+      if (n < capacity) found[mine * capacity + n++] = among[neighbours[k]].id;
     count[mine] = n;
   }
 };

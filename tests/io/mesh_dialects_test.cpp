@@ -114,8 +114,8 @@ TEST(MeshDialects, BytesBehindABinaryStl) {
   testing::internal::CaptureStderr();
   const std::string path = folder.write("b.stl", bytes + "\r\nmade by someone");
   expect_litres(read_mesh(path), 1);
-  const std::string told = testing::internal::GetCapturedStderr();
-  EXPECT_NE(told.find(path + ": 17 bytes behind its 12 triangles are not read"), told.npos) << told;
+  const std::string reported = testing::internal::GetCapturedStderr();
+  EXPECT_NE(reported.find(path + ": 17 bytes behind its 12 triangles are not read"), told.npos) << reported;
 }
 
 TEST(MeshDialects, ObjLinesGoOnBehindABackslash) {

@@ -38,12 +38,12 @@ TEST(Components, OfBoxesHaveTheirMoments) {
   append(mesh, box({-1, 0, 0}, {0.3F, 0.3F, 0.3F}));
   mesh.positions_m.push_back({9, 9, 9});  // in no triangle
   const MeshComponents c = find_components(mesh);
-  ASSERT_EQ(c.pieces.size(), 2U);
+  ASSERT_EQ(c.components.size(), 2U);
   EXPECT_EQ(c.of_vertex.back(), -1);
   EXPECT_EQ(c.of_vertex.front(), 1);
   // Float32 positions: 1e-7 of 3 m over 5 cm, so 1e-5 is safe for ratios, squares of it for lengths.
-  EXPECT_NEAR(c.pieces[0].volume_m3, 0.216, 1e-6);
-  const MeshComponent& p = c.pieces[1];
+  EXPECT_NEAR(c.components[0].volume_m3, 0.216, 1e-6);
+  const MeshComponent& p = c.components[1];
   EXPECT_EQ(p.vertices, 8);
   EXPECT_EQ(p.triangles, 12);
   EXPECT_NEAR(p.volume_m3, 0.1 * 0.2 * 0.4, 1e-7);
@@ -58,7 +58,7 @@ TEST(Components, OfBoxesHaveTheirMoments) {
 }
 
 TEST(Components, AnEmptyMeshHasNoneAndABadOneIsRefused) {
-  EXPECT_TRUE(find_components({}).pieces.empty());
+  EXPECT_TRUE(find_components({}).components.empty());
   TriangleMesh bad = box({}, {1, 1, 1});
   bad.triangles.push_back({0, 1, 8});
   EXPECT_THROW(find_components(bad), Error);
@@ -71,7 +71,7 @@ TEST(Components, AxesKeepTheirSigns) {
     const double angle = 4 * std::numbers::pi / 72 * frame;
     const Mat3f turn = rotation_matrix(axis_angle(Vec3f{0, 1, 0}, static_cast<float>(angle)));
     const MeshComponents c = find_components(moved(box({}, {0.2F, 0.05F, 0.1F}), {turn, {0.3F, 0.4F, 0}}));
-    const Mat3d axes = frame > 0 ? with_signs_of(before, c.pieces[0].axes) : c.pieces[0].axes;
+    const Mat3d axes = frame > 0 ? with_signs_of(before, c.components[0].axes) : c.components[0].axes;
     EXPECT_NEAR(determinant(axes), 1, 1e-9);
     for (int i = 0; i < 3 && frame > 0; ++i)  // 10 degrees a frame; float32 positions: 1e-5
       EXPECT_GT(dot(axes.row[i], before.row[i]), std::cos(10 * std::numbers::pi / 180) - 1e-4) << frame;

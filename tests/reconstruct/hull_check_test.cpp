@@ -139,16 +139,16 @@ TEST(HullCheck, TwoCamerasAreSaidToBoundBadly) {
   EXPECT_NEAR(weak_direction(around({0}), points).extent_m, 0.2, 1e-6);
   const std::vector<Camera> two = around({0, 90}), three = around({0, 120, 240}),
                             narrow = around({0, 10, 25});
-  const auto told = [](const std::vector<Camera>& cameras) {
+  const auto reported = [](const std::vector<Camera>& cameras) {
     return check(cameras, test::sphere_silhouettes(cameras, {0, 0.5, 0}, 0.2)).found;
   };
   for (const std::vector<Camera>& few : {around({0}), two, narrow}) {
-    const std::vector<HullFinding> found = told(few);
+    const std::vector<HullFinding> found = reported(few);
     ASSERT_EQ(found.size(), 1U) << findings_text(found);
     EXPECT_EQ(found[0].fault, HullFault::bounded_badly);
     EXPECT_FALSE(found[0].is_fatal);
   }
-  EXPECT_TRUE(told(three).empty()) << findings_text(told(three));
+  EXPECT_TRUE(reported(three).empty()) << findings_text(reported(three));
 }
 
 /// A rod that is taken out of the masks leaves no hull, or a strip of a pixel: the rig is still right.
@@ -306,27 +306,27 @@ TEST(Judge, ViewsThatLookElsewhereShowMoreOrContradictAreNamed) {
   const std::vector<Camera> cameras = test::ring(5);
   HullQuality right{1000, true, 0, {}};
   for (int c = 0; c < 5; ++c) right.views.push_back({true, 0.98, 0.97});
-  const auto told = [&](const HullQuality& q) { return findings_text(judge_hull(cameras, q, kCube)); };
+  const auto reported = [&](const HullQuality& q) { return findings_text(judge_hull(cameras, q, kCube)); };
   HullQuality q = right;
   q.views[3] = {.is_used = false, .looks_elsewhere = true};
-  EXPECT_NE(told(q).find("camera 'cam3' shows something, but does not look at the workspace"),
+  EXPECT_NE(reported(q).find("camera 'cam3' shows something, but does not look at the workspace"),
             std::string::npos);
   for (const std::size_t c : {0U, 1U}) q.views[c] = q.views[3];
   EXPECT_TRUE(any_fatal(judge_hull(cameras, q, kCube)));
-  EXPECT_NE(told(q).find("3 of 5 cameras show something"), std::string::npos) << told(q);
+  EXPECT_NE(reported(q).find("3 of 5 cameras show something"), std::string::npos) << reported(q);
   q = right;
   q.views[1].outside = 0.2;
-  EXPECT_NE(told(q).find("camera 'cam1': 20 % of its mask lie outside the image of the workspace"),
+  EXPECT_NE(reported(q).find("camera 'cam1': 20 % of its mask lie outside the image of the workspace"),
             std::string::npos);
   // A workspace that cuts the object shows as much in all masks.
   for (ViewQuality& v : q.views) v.outside = 0.2;
-  EXPECT_EQ(told(q), "");
+  EXPECT_EQ(reported(q), "");
   q = right;
   for (ViewQuality& v : q.views) v.recall = v.iou = 0.88;
-  EXPECT_NE(told(q).find("the hull covers 88 % of the masks, the mean of all views"), std::string::npos);
+  EXPECT_NE(reported(q).find("the hull covers 88 % of the masks, the mean of all views"), std::string::npos);
   // A grid that is too coarse for the object loses as much.
   for (ViewQuality& v : q.views) v.too_thin = 0.1;
-  EXPECT_EQ(told(q), "");
+  EXPECT_EQ(reported(q), "");
 }
 
 TEST(WorkspaceFromCones, HoldsTheSphereAndLittleMore) {

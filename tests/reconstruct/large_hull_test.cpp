@@ -190,8 +190,8 @@ TEST_P(Shares, AreEqualAndHoldTheNeighboursOfTheirBricks) {
   for (const Index parts : {1, 2, 3, 7, 64, all + 3}) {
     Index next = 0;
     for (Index part = 0; part < parts; ++part) {
-      const Index room = part == 1 ? 10 : all;
-      Buffer<Index> bricks(ctx.device(), room);
+      const Index capacity = part == 1 ? 10 : all;
+      Buffer<Index> bricks(ctx.device(), capacity);
       Buffer<PartRange> range(ctx.device(), 1);
       ctx.parallel_for(
           "assign", kGrid.tile_count(),
@@ -203,9 +203,9 @@ TEST_P(Shares, AreEqualAndHoldTheNeighboursOfTheirBricks) {
       EXPECT_LE(r.own, r.counted);
       EXPECT_LE(r.counted, r.held);
       ASSERT_LE(r.first + r.held, all);
-      EXPECT_EQ(r.ghost_words, 16 * std::max(std::min(r.held, room) - r.own, 0));
+      EXPECT_EQ(r.ghost_words, 16 * std::max(std::min(r.held, capacity) - r.own, 0));
       const std::vector<Index> slots = to_host(ctx, bricks.const_view());
-      for (Index i = 0; i < std::min(r.held, room); ++i)
+      for (Index i = 0; i < std::min(r.held, capacity); ++i)
         ASSERT_EQ(slots[static_cast<std::size_t>(i)], numbers[static_cast<std::size_t>(r.first + i)]);
       for (Index i = r.first; i < r.first + r.own; ++i) {
         const Vec3i brick = kGrid.brick_at(numbers[static_cast<std::size_t>(i)]);
@@ -222,15 +222,15 @@ TEST_P(Shares, AreEqualAndHoldTheNeighboursOfTheirBricks) {
 TEST_P(Shares, GhostsComeFromWhoeverOwnsThem) {
   DeviceSet set(GetParam(), 4);
   ExecContext& ctx = set.context(0);
-  constexpr Index kParts = 4, kAll = 10, kHeld = 8, kRoom = 8;
+  constexpr Index kParts = 4, kAll = 10, kHeld = 8, kCapacity = 8;
   // Word w of brick i is 100 i + w; shares begin at 0, 3, 6, 8.
   const std::vector<Index> tile_first{0, 4, kAll};
   const Buffer<Index> first_of_tile = to_device(ctx, tile_first);
   std::vector<Buffer<std::uint32_t>> rows;
   for (Index part = 0; part < kParts; ++part) {
-    std::vector<std::uint32_t> words(kRoom * kSignWords, 7777);
+    std::vector<std::uint32_t> words(kCapacity * kSignWords, 7777);
     const Index first = share_begin(kAll, part, kParts);
-    // Part 2 has room for one of its two.
+    // Part 2 has capacity for one of its two.
     for (Index i = first; i < share_begin(kAll, part + 1, kParts); ++i) {
       for (Index w = 0; w < kSignWords; ++w)
         words[static_cast<std::size_t>((i - first) * kSignWords + w)] =
@@ -239,13 +239,13 @@ TEST_P(Shares, GhostsComeFromWhoeverOwnsThem) {
     if (part == 2) words.resize(kSignWords);
     rows.push_back(to_device(ctx, words));
   }
-  const PartRange of_first{0, 3, 5, kHeld, (kRoom - 3) * kSignWords};
+  const PartRange of_first{0, 3, 5, kHeld, (kCapacity - 3) * kSignWords};
   const Buffer<PartRange> range = to_device(ctx, std::vector<PartRange>{of_first});
   FetchGhosts kernel{{}, 0, kParts, first_of_tile.view(), range.view(), rows[0].view()};
   for (std::size_t p = 0; p < kParts; ++p) kernel.rows[p] = rows[p].const_view();
   ctx.parallel_for("fetch", of_first.ghost_words, kernel);
   const std::vector<std::uint32_t> got = to_host(ctx, rows[0].const_view());
-  for (Index i = 0; i < kRoom; ++i) {
+  for (Index i = 0; i < kCapacity; ++i) {
     for (Index w = 0; w < kSignWords; ++w) {
       const bool is_missing = i == 7;
       EXPECT_EQ(got[static_cast<std::size_t>(i * kSignWords + w)],
@@ -306,11 +306,11 @@ TEST_P(Numbering, IsTheSumOfAllBefore) {
   DeviceSet set(GetParam(), 5);
   ExecContext& ctx = set.context(0);
   std::mt19937 random(3);
-  // Nothing, one, a piece of the kernel, several and a rest; and more than there is room for.
-  for (const Index counted : {0, 1, 700, NumberBricks::kPiece, 3 * NumberBricks::kPiece + 77}) {
+  // Nothing, one, a component of the kernel, several and a rest; and more than there is capacity for.
+  for (const Index counted : {0, 1, 700, NumberBricks::kComponent, 3 * NumberBricks::kComponent + 77}) {
     for (const Index missing : {0, 5}) {
-      const Index room = std::max(counted - missing, 1), own = counted / 2;
-      std::vector<std::uint64_t> counts(static_cast<std::size_t>(room + 1)), expected(counts.size());
+      const Index capacity = std::max(counted - missing, 1), own = counted / 2;
+      std::vector<std::uint64_t> counts(static_cast<std::size_t>(capacity + 1)), expected(counts.size());
       for (std::uint64_t& count : counts)
         count = MeshCount::of(static_cast<Index>(random() % 300), static_cast<Index>(random() % 600)).packed;
       Buffer<std::uint64_t> mesh_start = to_device(ctx, counts);
@@ -320,12 +320,12 @@ TEST_P(Numbering, IsTheSumOfAllBefore) {
       ctx.parallel_for("number", 1, NumberBricks{range.view(), mesh_start.view(), found.view()});
       const std::vector<std::uint64_t> starts = to_host(ctx, mesh_start.const_view());
       std::uint64_t sum = 0;
-      for (Index i = 0; i <= std::min(counted, room); ++i) {
+      for (Index i = 0; i <= std::min(counted, capacity); ++i) {
         ASSERT_EQ(starts[static_cast<std::size_t>(i)], sum) << i << " of " << counted;
         sum += counts[static_cast<std::size_t>(i)];
       }
       const PartCounts c = to_host(ctx, found.const_view())[0];
-      const MeshCount at_own{starts[static_cast<std::size_t>(std::min(own, room))]};
+      const MeshCount at_own{starts[static_cast<std::size_t>(std::min(own, capacity))]};
       EXPECT_EQ(c.vertices, at_own.vertices());
       EXPECT_EQ(c.triangles, at_own.triangles());
       EXPECT_EQ(c.active_bricks, own);

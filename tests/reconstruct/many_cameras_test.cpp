@@ -118,11 +118,11 @@ TEST_P(ManyCameras, ColoursComeFromCamerasThatHaveAPhoto) {
     DeviceSet set(GetParam(), 3);
     ExecContext& ctx = set.context(0);
     VisualHull hull(set, stage.cameras, {kCube, 32});
-    const Index room = hull.mesh().positions_m.size();
-    SurfaceNormals normals(set.device(0), room);
+    const Index capacity = hull.mesh().positions_m.size();
+    SurfaceNormals normals(set.device(0), capacity);
     SurfaceTexture texture(
         ctx, cameras,
-        {.k = 3, .voxel_size_m = hull.voxel_size_m(), .center_m = {0, 0.5F, 0}, .max_vertices = room});
+        {.k = 3, .voxel_size_m = hull.voxel_size_m(), .center_m = {0, 0.5F, 0}, .max_vertices = capacity});
     hull.upload(stage.masks());
     texture.upload(ctx, photos);
     hull.reconstruct();

@@ -243,7 +243,7 @@ struct Passed {
   bool stopped;
   double iou_mean, iou_min;
   int camera;  ///< of iou_min
-  std::string told;
+  std::string reported;
 };
 Passed reconstruct(const DoctorInput& input) {
   DeviceSet set("cpu");
@@ -267,23 +267,23 @@ Passed reconstruct(const DoctorInput& input) {
 /// Nothing passes with exit 0 and IoU < 0.5, and a view below it is told.
 void no_planted_error_passes(const DoctorInput& right) {
   const Passed well = reconstruct(right);
-  EXPECT_EQ(well.told, "");
+  EXPECT_EQ(well.reported, "");
   EXPECT_GT(well.iou_min, 0.85);
-  int stopped = 0, told = 0;
+  int stopped = 0, reported = 0;
   for (const Planted& p : planted()) {
     DoctorInput input = right;
     p.change(input);
     const Passed here = reconstruct(input);
     EXPECT_TRUE(here.stopped || here.iou_mean >= 0.5) << p.name << ": " << here.iou_mean;
-    EXPECT_TRUE(here.iou_min >= 0.5 || !here.told.empty())
+    EXPECT_TRUE(here.iou_min >= 0.5 || !here.reported.empty())
         << p.name << ": camera " << here.camera << " has " << here.iou_min;
     stopped += here.stopped ? 1 : 0;
-    told += !here.stopped && !here.told.empty() ? 1 : 0;
+    reported += !here.stopped && !here.reported.empty() ? 1 : 0;
     if (std::getenv("TACTUS_VERBOSE") != nullptr)
       std::printf("%-34s %s IoU %.3f %.3f %s\n", p.name.c_str(), here.stopped ? "stops" : "     ",
-                  here.iou_mean, here.iou_min, here.told.c_str());
+                  here.iou_mean, here.iou_min, here.reported.c_str());
   }
-  std::printf("41 errors: %d stop, %d more are told\n", stopped, told);
+  std::printf("41 errors: %d stop, %d more are told\n", stopped, reported);
 }
 
 TEST(WrongRig, NoPlantedErrorOfTheSyntheticRigPasses) { no_planted_error_passes(synthetic("hand-still")); }
@@ -305,9 +305,9 @@ TEST(WrongRig, ALeakInAnyOneMaskOfTheDinoIsToldByTheHull) {
     const Passed here = reconstruct(input);
     EXPECT_FALSE(here.stopped);
     const std::string named = "camera '" + input.cameras[c].name + "'";
-    EXPECT_TRUE(here.told.find(named) != std::string::npos &&
-                here.told.find("too large") != std::string::npos)
-        << c << ": " << here.told;
+    EXPECT_TRUE(here.reported.find(named) != std::string::npos &&
+                here.reported.find("too large") != std::string::npos)
+        << c << ": " << here.reported;
   }
 }
 

@@ -69,7 +69,7 @@ std::vector<Vec3f> smoothed(const TriangleMesh& mesh, float edge_m, int steps,
                             const std::string& devices = "cpu", std::uint64_t seed = 1) {
   DeviceSet set(devices, seed);
   ExecContext& ctx = set.context(0);
-  // Room for more than there is, as in a hull.
+  // Capacity for more than there is, as in a hull.
   const auto vertices = static_cast<Index>(mesh.positions_m.size()),
              triangles = static_cast<Index>(mesh.triangles.size());
   Buffer<Vec3f> positions(set.device(0), vertices + 100);

@@ -29,13 +29,13 @@ Textured texture(const std::string& devices, const Stage& stage, Index k, std::o
   DeviceSet set(devices, seed);
   ExecContext& ctx = set.context(0);
   VisualHull hull(set, stage.cameras, {kCube, 64});
-  const Index room = hull.mesh().positions_m.size();
-  SurfaceNormals normals(set.device(0), room);
+  const Index capacity = hull.mesh().positions_m.size();
+  SurfaceNormals normals(set.device(0), capacity);
   SurfaceTexture paint(ctx, stage.cameras,
                        {.k = k,
                         .voxel_size_m = hull.voxel_size_m(),
                         .center_m = {0, 0.5F, 0},
-                        .max_vertices = room,
+                        .max_vertices = capacity,
                         .fill_steps = fill_steps});
   for (int frame = 0; frame < 2; ++frame) {  // the second must not depend on the first
     hull.upload(stage.masks());

@@ -208,7 +208,7 @@ void apply_remedy(const HullOverflow& overflow, HullOptions& options) {
   Index& option = overflow.option == "max_active_bricks"
                       ? options.max_active_bricks
                       : (overflow.option == "max_vertices" ? options.max_vertices : options.max_triangles);
-  ASSERT_EQ(overflow.room, option);
+  ASSERT_EQ(overflow.capacity, option);
   ASSERT_GT(overflow.wanted, option);
   option = overflow.wanted;
 }
@@ -258,9 +258,9 @@ TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
   }
   // Each is named once, bricks first: without them the mesh can't be counted.
   ASSERT_EQ(remedies.size(), 3U);
-  EXPECT_NE(remedies[0].find("surface bricks, room for 20: raise max_active_bricks"), std::string::npos);
-  EXPECT_NE(remedies[1].find("vertices, room for 500: raise max_vertices"), std::string::npos);
-  EXPECT_NE(remedies[2].find("triangles, room for 3000: raise max_triangles"), std::string::npos);
+  EXPECT_NE(remedies[0].find("surface bricks, capacity for 20: raise max_active_bricks"), std::string::npos);
+  EXPECT_NE(remedies[1].find("vertices, capacity for 500: raise max_vertices"), std::string::npos);
+  EXPECT_NE(remedies[2].find("triangles, capacity for 3000: raise max_triangles"), std::string::npos);
 }
 
 TEST(Hull, BadInputIsNamed) {
@@ -283,9 +283,9 @@ TEST(Hull, BadInputIsNamed) {
               VisualHull(set, cameras, {kCube, 2'000'000});
             }).find("at most 1048576"),
             std::string::npos);
-  HullOptions room{kCube, 64};
-  room.max_vertices = -1;
-  EXPECT_NE(message_of([&] { VisualHull(set, cameras, room); }).find("max_vertices -1: expected 0 (from"),
+  HullOptions capacity{kCube, 64};
+  capacity.max_vertices = -1;
+  EXPECT_NE(message_of([&] { VisualHull(set, cameras, capacity); }).find("max_vertices -1: expected 0 (from"),
             std::string::npos);
   EXPECT_NE(message_of([&] {
               VisualHull(set, cameras, {{}, 64});

@@ -361,8 +361,8 @@ TEST_F(CalibrationFiles, QualisysLensesAreNotDividedBy64) {
   EXPECT_GT(std::abs(std::stod(first[1])), 0.01);  // a lens that a division would hide
   std::ofstream(path("theia.xml")) << std::regex_replace(text, std::regex("sensorMaxU=\"[^\"]*\""),
                                                          "sensorMaxU=\"1344\"");
-  const std::string told = message_of([&] { read_calibration_file(path("theia.xml")); });
-  EXPECT_NE(told.find("whole pixels, as files of Theia do"), std::string::npos) << told;
+  const std::string reported = message_of([&] { read_calibration_file(path("theia.xml")); });
+  EXPECT_NE(reported.find("whole pixels, as files of Theia do"), std::string::npos) << reported;
 }
 
 TEST_F(CalibrationFiles, NamesWhatItCanNotRead) {

@@ -92,8 +92,8 @@ def status_of_nonsense(tactus: str, rig: pathlib.Path) -> bool:
         if socket.poll(20000):
             identity, _ = socket.recv_multipart()
             socket.send_multipart([identity, answer])
-        told = asked.communicate()[1]
-        if asked.returncode != 1 or "sends no status" not in told or "json.exception" in told or told.count("\n") != 1:
+        reported = asked.communicate()[1]
+        if asked.returncode != 1 or "sends no status" not in reported or "json.exception" in reported or told.count("\n") != 1:
             print(f"{answer!r}: {asked.returncode}, {told}")
             ok = False
     return ok

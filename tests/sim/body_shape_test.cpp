@@ -447,7 +447,7 @@ TEST(SoftBody, ShapeMatchingThatBlowsUpIsNamedAndSurvived) {
       "fastest node went at 0 "
       "m/s, waves at 3.16 m/s; it rests from now on: press or move it less, use more substeps, more "
       "damping or a finer lattice");
-  EXPECT_TRUE(body.is_stopped());
+  EXPECT_TRUE(body.is_frozen());
   for (const Vec3f x : body.positions_m(ctx)) EXPECT_LT(length(x), 0.2F);
 }
 
@@ -466,7 +466,7 @@ TEST(SoftBody, BlowingUpIsNamedAndSurvived) {
       0U)
       << trouble;
   EXPECT_NE(trouble.find("least volume was 1 of that at rest in cube 0"), std::string::npos) << trouble;
-  EXPECT_TRUE(body.is_stopped());
+  EXPECT_TRUE(body.is_frozen());
   for (const Vec3f x : body.positions_m(ctx)) EXPECT_LT(length(x), 0.2F);
   const std::vector<Vec3f> before = body.positions_m(ctx);
   EXPECT_EQ(frames.play(1e-5F, 1, {0, -9.81F, 0}), "");

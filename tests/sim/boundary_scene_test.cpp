@@ -254,7 +254,7 @@ TEST(BoundaryScene, RegionsThatDoNothingAndContradictionsAreNamed) {
   load.where.center_m = {3, 0, 0};
   load.pressure_pa = 3;
   scene.bodies[0].loads.push_back(load);
-  EXPECT_EQ(refusal(scene), "body 'bar': 'loads[0]' holds no piece of the body's surface");
+  EXPECT_EQ(refusal(scene), "body 'bar': 'loads[0]' holds no component of the body's surface");
 }
 
 }  // namespace

@@ -15,24 +15,24 @@ namespace {
 
 constexpr double kBudget_s = 0.011;
 
-/// Frames whose time is that of their savings times a load.
+/// Frames whose time is that of their quality_reductions times a load.
 struct Plant {
-  std::vector<double> frame_s{0.009, 0.0085, 0.005, 0.0042, 0.003};  ///< by savings
+  std::vector<double> frame_s{0.009, 0.0085, 0.005, 0.0042, 0.003};  ///< by quality_reductions
   double noise = 0;
   FrameBudget budget{kBudget_s, 4};
   std::mt19937 random{1};
-  std::size_t savings = 0;
+  std::size_t quality_reductions = 0;
   double now_s = 0, last_s = 0;
-  std::vector<double> came_s;  ///< savings that came after one had gone
+  std::vector<double> came_s;  ///< quality_reductions that came after one had gone
 
   void step(double load, double period_s) {
     const double u = std::uniform_real_distribution<double>(-1, 1)(random);
-    last_s = load * frame_s[savings] * (1 + noise * u);
+    last_s = load * frame_s[quality_reductions] * (1 + noise * u);
     now_s += period_s;
-    const std::size_t before = savings;
-    savings = budget.next(last_s, now_s);
-    if (savings > before && went_) came_s.push_back(now_s);
-    if (savings != before) went_ = savings < before;
+    const std::size_t before = quality_reductions;
+    quality_reductions = budget.next(last_s, now_s);
+    if (quality_reductions > before && went_) came_s.push_back(now_s);
+    if (quality_reductions != before) went_ = quality_reductions < before;
   }
   bool at_most_once_a_second() const {
     for (std::size_t k = 1; k < came_s.size(); ++k)
@@ -49,16 +49,16 @@ TEST(FrameBudget, ThreeTimesTheLoadIsMetInTenFramesAndForgottenInSixty) {
     Plant plant;
     plant.noise = 0.05;
     for (int k = 0; k < 90; ++k) plant.step(1, period_s);
-    EXPECT_EQ(plant.savings, 0U);
+    EXPECT_EQ(plant.quality_reductions, 0U);
     for (int k = 0; k < 9; ++k) plant.step(3, period_s);
     for (int k = 9; k < 200; ++k) {
       plant.step(3, period_s);
       EXPECT_LE(plant.last_s, kBudget_s) << k;
     }
     for (int k = 0; k < 60; ++k) plant.step(1, period_s);
-    EXPECT_EQ(plant.savings, 0U);
+    EXPECT_EQ(plant.quality_reductions, 0U);
     for (int k = 0; k < 90; ++k) plant.step(1, period_s);
-    EXPECT_EQ(plant.savings, 0U);
+    EXPECT_EQ(plant.quality_reductions, 0U);
   }
 }
 
@@ -66,12 +66,12 @@ TEST(FrameBudget, ThreeTimesTheLoadIsMetInTenFramesAndForgottenInSixty) {
 TEST(FrameBudget, OneSlowFrameChangesNothing) {
   Plant plant;
   for (int k = 0; k < 100; ++k) plant.step(k % 10 == 5 ? 4 : 1, 1.0 / 60);
-  EXPECT_EQ(plant.savings, 0U);
+  EXPECT_EQ(plant.quality_reductions, 0U);
   EXPECT_EQ(plant.budget.frames_above(), 10);
 }
 
-/// Loads that stay near where a saving is just needed, that wander, and that jump to and fro faster than
-/// that.
+/// Loads that stay near where a quality_reduction is just needed, that wander, and that jump to and fro
+/// faster than that.
 TEST(FrameBudget, ComesAndGoesAtMostOnceASecond) {
   std::size_t came = 0;
   for (int seed = 1; seed <= 40; ++seed) {
@@ -93,11 +93,12 @@ TEST(FrameBudget, ComesAndGoesAtMostOnceASecond) {
   EXPECT_GT(came, 100U);
 }
 
-/// What a saving brought is what it would cost to give up: with little to gain, no trial and error.
+/// What a quality_reduction brought is what it would cost to give up: with little to gain, no trial and
+/// error.
 TEST(FrameBudget, ASteadyLoadIsNotTriedAgainAndAgain) {
   Plant plant;
   for (int k = 0; k < 6000; ++k) plant.step(1.6, 1.0 / 30);
-  EXPECT_EQ(plant.savings, 2U);
+  EXPECT_EQ(plant.quality_reductions, 2U);
   EXPECT_TRUE(plant.came_s.empty());
 }
 
@@ -153,8 +154,9 @@ struct Saved {
 Saved run(const std::string& devices_text) {
   DeviceSet devices(devices_text, 3);
   Simulation simulation(devices, scene_with_liquid(), make_synthetic_rig(), {}, true);
-  const std::vector<Saving> ladder = simulation.savings();
-  EXPECT_EQ(ladder, (std::vector<Saving>{Saving::hull, Saving::liquid, Saving::samples}));
+  const std::vector<QualityReduction> ladder = simulation.quality_reductions();
+  EXPECT_EQ(ladder, (std::vector<QualityReduction>{QualityReduction::hull, QualityReduction::liquid,
+                                                   QualityReduction::samples}));
   double base_s = 0;
   std::optional<FrameBudget> budget;
   Saved out;
@@ -169,7 +171,7 @@ Saved run(const std::string& devices_text) {
     if (k == 0) base_s = cost_s;
     if (k == 0) budget.emplace(1.3 * base_s, ladder.size());
     made = budget->next(cost_s, k / 60.0);
-    simulation.save(std::span(ladder).first(made));
+    simulation.reduce_quality(std::span(ladder).first(made));
   }
   const FrameSnapshot end = simulation.snapshot();
   out.state = end.bodies.at(0).positions_m;
@@ -208,7 +210,7 @@ TEST(Savings, ThePressedSlabIsTheSameToAVoxel) {
   for (const bool all : {false, true}) {
     DeviceSet devices("cpu");
     Simulation simulation(devices, scene_with_liquid(), make_synthetic_rig(), {}, true);
-    if (all) simulation.save(simulation.savings());
+    if (all) simulation.reduce_quality(simulation.quality_reductions());
     for (int k = 0; k < 50; ++k) simulation.step(ball_frame(k), k == 0 ? 0 : 1.0 / 60);
     seen[all ? 1 : 0] = simulation.snapshot().bodies.at(0).positions_m;
     EXPECT_EQ(simulation.liquid()->liquid().settings().iterations, all ? 3 : 4) << "half, but at least three";

@@ -172,7 +172,7 @@ Scene cut_scene() {
   BodyDescription low;
   low.name = "low";
   low.cuttable = true;
-  low.cut_room = 400;
+  low.cut_capacity = 400;
   low.shape.size_m = {0.3, 0.15, 0.3};
   low.placement.position_m = {0, -0.3, 0};
   low.spacing_m = 0.05;
@@ -285,7 +285,7 @@ Scene bleeding_scene() {
   return scene;
 }
 
-/// What wounds owe, where they look for room, and the slots of the liquid go on, too.
+/// What wounds have as deficit, where they look for capacity, and the slots of the liquid go on, too.
 TEST_P(CheckpointOnDevices, ABleedingStrokeGoesOn) {
   const Scene scene = bleeding_scene();
   std::string file;

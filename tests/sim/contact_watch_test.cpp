@@ -112,10 +112,10 @@ TEST(BodyInABody, IsToldOnce) {
   DeviceSet devices("cpu");
   Simulation simulation(devices, scene, make_synthetic_rig(), {});
   const std::string codes = codes_of(simulation, 25);
-  int told = 0;
+  int reported = 0;
   for (auto at = codes.find("body.in_body"); at != std::string::npos; at = codes.find("body.in_body", at + 1))
-    ++told;
-  EXPECT_EQ(told, 2) << "each in the other: " << codes;
+    ++reported;
+  EXPECT_EQ(reported, 2) << "each in the other: " << codes;
 }
 
 struct Fall {

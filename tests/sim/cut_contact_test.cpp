@@ -20,7 +20,7 @@ reconstruction: {resolution: 16}
 bodies:
   - name: block
     cuttable: true
-    cut_room: 600
+    cut_capacity: 600
     shape: {kind: box, size_m: [0.2, 0.2, 0.2]}
     placement: {position_m: [0, 0.6, 0.6]}
     spacing_m: 0.025
@@ -156,7 +156,7 @@ obstacles:
   BodyDescription pad = scene.bodies[0];
   pad.name = "pad";
   pad.cuttable = false;
-  pad.cut_room = {};
+  pad.cut_capacity = {};
   pad.fixed.clear();
   pad.shape.size_m = {0.3, 0.08, 0.3};
   pad.placement.position_m = {0, 0.405, 0.6};
@@ -171,7 +171,7 @@ obstacles:
   for (int k = 0; k < 120; ++k) {
     const StepReport report = simulation.step(nullptr, 1.0 / 30);
     for (const BodyContact& touch : report.contacts) {
-      if (touch.body != "block" || touch.piece != "pad" || k < 110) continue;
+      if (touch.body != "block" || touch.component != "pad" || k < 110) continue;
       force_N -= double{touch.reaction.force_N.y} / 10;
       depth_m = std::max(depth_m, double{touch.reaction.max_depth_m});
     }

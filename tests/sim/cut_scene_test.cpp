@@ -133,7 +133,7 @@ reconstruction: {resolution: 16}
 bodies:
   - name: block
     cuttable: true
-    cut_room: 600
+    cut_capacity: 600
     shape: {kind: box, size_m: [0.2, 0.2, 0.1]}
     placement: {position_m: [0, 0.6, 0.6]}
     spacing_m: 0.025
@@ -246,7 +246,7 @@ TEST(CutScene, NewNodesAreReadWhereTheyAreOnSeveralDevices) {
 
 TEST(CutScene, SaysWhatItCanNotCut) {
   Scene scene = parse_scene(scene_text(), "scenes/x.yaml");
-  scene.bodies[0].cut_room = 20;
+  scene.bodies[0].cut_capacity = 20;
   const auto has = [](const Played& played, const char* code) {
     // Once a stroke.
     return std::count_if(played.notices.begin(), played.notices.end(),
@@ -255,7 +255,7 @@ TEST(CutScene, SaysWhatItCanNotCut) {
   const Played full = play(scene, "cpu");
   EXPECT_TRUE(has(full, "cut.full"));
   EXPECT_EQ(full.state.parts, 1);
-  scene.bodies[0].cut_room = 400;
+  scene.bodies[0].cut_capacity = 400;
   MovedRegion grip;
   grip.name = "grip";
   grip.where.box = {{0.09, -0.11, -0.06}, {0.11, 0.05, 0.06}};
@@ -348,8 +348,8 @@ TEST(CutScene, RefusesBladesAndBodiesByName) {
     const std::string message = error_of(what, instead);
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
-  expect("cuttable: true", "cuttable: false", "cut_room");
-  expect("    cuttable: true\n    cut_room: 400\n", "", "no body has 'cuttable: true'");
+  expect("cuttable: true", "cuttable: false", "cut_capacity");
+  expect("    cuttable: true\n    cut_capacity: 400\n", "", "no body has 'cuttable: true'");
   expect("model: tled, young_modulus_pa: 30000, poisson_ratio: 0.4", "model: flsm", "no elements");
   expect("time_s: 0.5", "time_s: 0.05",
          "scenes/x.yaml:18: in 'blades[0]': 'path[1]' has a 'time_s' of 0.05, expected more than the one "

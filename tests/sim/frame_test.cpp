@@ -113,11 +113,11 @@ double resident_MB() {
 /// That all processes use of all GPUs; 0 where nothing tells. Whole MB, as the driver counts them.
 double used_on_gpus_MB() {
   double sum = 0;
-  std::FILE* told =
+  std::FILE* reported =
       popen("nvidia-smi --query-gpu=memory.used --format=csv,noheader,nounits 2>/dev/null", "r");
-  if (told == nullptr) return 0;
+  if (reported == nullptr) return 0;
   for (double used = 0; std::fscanf(told, "%lf", &used) == 1;) sum += used;
-  pclose(told);
+  pclose(reported);
   return sum;
 }
 

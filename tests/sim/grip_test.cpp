@@ -40,7 +40,7 @@ class Pinch {
   /// On the cube, by what touches it.
   Vec3f force_N(const std::string& other) const {
     for (const BodyContact& c : report_.contacts)
-      if (c.body == other && c.piece == "cube") return c.reaction.force_N;
+      if (c.body == other && c.component == "cube") return c.reaction.force_N;
     return {};
   }
   std::vector<Vec3f> surface() { return simulation_.snapshot().bodies.at(0).positions_m; }
@@ -136,7 +136,7 @@ TEST_P(IndependentGripOn, HasTheSameBits) {
   EXPECT_EQ(pinch(GetParam()), on_cpu);
 }
 
-/// Two plates of a real object, each a piece of its own, close on a cube of 6 cm, then gravity pulls, and
+/// Two plates of a real object, each a component of its own, close on a cube of 6 cm, then gravity pulls, and
 /// they lift it by 2 cm. In each frame their triangles are others.
 struct HandGrip {
   double creep_m_s = 0;  ///< of the cube down the plates, once they rest
@@ -179,7 +179,7 @@ HandGrip grip_by_hand(double friction, double seconds) {
     if (since > 0 && since <= kFps) early_m += middle_m() / kFps;
     if (f < last) continue;
     result.lifted_m = middle_m();
-    const Vec3f force = report.owners.at(0).force_N;
+    const Vec3f force = report.colliders.at(0).force_N;
     result.ratio = std::abs(static_cast<double>(force.y) / static_cast<double>(force.x));
   }
   result.creep_m_s = (early_m - late_m) / (static_cast<double>(last) / kFps - 3.5);

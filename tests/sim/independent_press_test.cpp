@@ -107,9 +107,9 @@ Pressed press(const Press& p, const std::string& devices_text = "cpu") {
   held.where.kind = RegionKind::half_space;
   held.where.point_m = {0, 0.4 * p.radius_m, 0};
   held.where.normal = {0, -1, 0};
-  const double way_m = p.depth * p.radius_m;
+  const double displacement_m = p.depth * p.radius_m;
   constexpr double kSeconds = 1;
-  held.path = {{0, {}, 0}, {kSeconds, {0, -way_m, 0}, 0}};
+  held.path = {{0, {}, 0}, {kSeconds, {0, -displacement_m, 0}, 0}};
   scene.bodies = {ball};
   ObstacleSetting tool;
   tool.name = "tool";

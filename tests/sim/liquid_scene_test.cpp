@@ -165,7 +165,7 @@ Flood flood(const std::string& devices_text, std::uint64_t seed, LiquidModel sol
   for (Index p = 0; p < liquid.part_count(); ++p)
     result.of_part.push_back(static_cast<std::size_t>(std::count_if(
         result.liquid.begin(), result.liquid.end(),
-        [&](const LiquidParticle& particle) { return liquid.slabs().owner(particle.x_m) == p; })));
+        [&](const LiquidParticle& particle) { return liquid.slabs().collider(particle.x_m) == p; })));
   return result;
 }
 
@@ -265,21 +265,21 @@ TEST_P(DropOnBody, KeepsMomentumAndMakesNoEnergy) {
 INSTANTIATE_TEST_SUITE_P(Spacings, DropOnBody, ::testing::Values(0.01, 0.0171, 0.0215));
 
 struct CubeUnderWater {
-  int edge_d, room_d;  ///< its edge, and how far it is from all walls and the surface, in spacings
+  int edge_d, capacity_d;  ///< its edge, and how far it is from all walls and the surface, in spacings
   double bound;
 };
 class LiftOfCube : public ::testing::TestWithParam<CubeUnderWater> {};
 
-/// A cube under water is lifted by the weight of what it displaces: within 3 %, with room for eight layers of
-/// water round it. With four, it is lifted by up to a tenth more, as layers beside walls bear more across
-/// than along themselves, and of four all are beside one. (That bound is not derived.) Floor and cube
+/// A cube under water is lifted by the weight of what it displaces: within 3 %, with capacity for eight
+/// layers of water round it. With four, it is lifted by up to a tenth more, as layers beside walls bear more
+/// across than along themselves, and of four all are beside one. (That bound is not derived.) Floor and cube
 /// together bear the weight of the liquid, but for what still swings.
 TEST_P(LiftOfCube, IsTheWeightOfTheWater) {
-  const auto [n, room_d, bound] = GetParam();
+  const auto [n, capacity_d, bound] = GetParam();
   if (n > 6 && std::getenv("TACTUS_LONG_TESTS") == nullptr)
     GTEST_SKIP() << "two minutes: set TACTUS_LONG_TESTS=1";
   const int first = n > 6 ? 80 : 30, frames = first + 20;
-  const double d = 0.01, edge = n * d, half = edge / 2 + room_d * d, depth = 2 * half;
+  const double d = 0.01, edge = n * d, half = edge / 2 + capacity_d * d, depth = 2 * half;
   Scene scene;
   scene.reconstruction.resolution = 16;
   LiquidDescription& pool = scene.fluid.emplace();
@@ -307,11 +307,11 @@ TEST_P(LiftOfCube, IsTheWeightOfTheWater) {
     }
   }
   const double lift = lift_N / (1000 * 9.81 * edge * edge * edge);
-  std::printf("lift of %d d with %d d of water: %.3f\n", n, room_d, lift);
+  std::printf("lift of %d d with %d d of water: %.3f\n", n, capacity_d, lift);
   EXPECT_NEAR(lift, 1, bound);
   EXPECT_NEAR((floor_N - lift_N) / (particles * 1000 * 9.81 * d * d * d), 1, 0.02);
 }
-INSTANTIATE_TEST_SUITE_P(Rooms, LiftOfCube,
+INSTANTIATE_TEST_SUITE_P(Capacities, LiftOfCube,
                          ::testing::Values(CubeUnderWater{6, 4, 0.1}, CubeUnderWater{10, 4, 0.1},
                                            CubeUnderWater{10, 8, 0.03}, CubeUnderWater{20, 8, 0.03}));
 

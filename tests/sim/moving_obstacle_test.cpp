@@ -59,7 +59,7 @@ TEST_P(MovingObstacle, GivesTheBodyWhatItLoses) {
     simulation.set_pose("ball", {Mat3d::identity(), {0, 0.035 - 0.1 * kFrame_s * f, 0}});
     const StepReport report = simulation.step(nullptr, f > 0 ? kFrame_s : 0);
     for (const BodyContact& c : report.contacts) {
-      EXPECT_EQ(c.piece, "ball");
+      EXPECT_EQ(c.component, "ball");
       given -= vec_cast<double>(c.reaction.impulse_N_s);
     }
   }

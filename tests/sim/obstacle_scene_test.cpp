@@ -68,7 +68,7 @@ TEST_P(ObstaclesOnDevices, ABlockFallsOnATableAndRestsThere) {
   const Result got = fall(GetParam());
   ASSERT_EQ(got.report.contacts.size(), 1U);
   EXPECT_EQ(got.report.contacts[0].body, "block");
-  EXPECT_EQ(got.report.contacts[0].piece, "table");
+  EXPECT_EQ(got.report.contacts[0].component, "table");
   const double weight_N = 9.81 * 300 * 0.2 * 0.1 * 0.2;
   EXPECT_NEAR(static_cast<double>(-got.report.contacts[0].reaction.force_N.y), weight_N, 0.05 * weight_N);
   EXPECT_EQ(got.report.contact.force_N, Vec3f{}) << "a table is not real";

@@ -1,4 +1,4 @@
-/// The pieces of surfaces that were made from silhouettes, and how they move.
+/// The components of surfaces that were made from silhouettes, and how they move.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ TriangleMesh box(Vec3f center, Vec3f half) {
   return test::transformed(test::box(half, 1), {Mat3f::identity(), center});
 }
 
-/// The hull of what a rig sees, frame after frame, and how its pieces move.
+/// The hull of what a rig sees, frame after frame, and how its components move.
 class Rebuilt {
  public:
   explicit Rebuilt(Index resolution)
@@ -89,12 +89,12 @@ class Rebuilt {
   /// Of each sample [m/s].
   std::vector<Vec3f> velocities() {
     const std::vector<Vec3f> x_m = samples_m();
-    const std::vector<Index> piece =
-        to_host(set_.context(0), surface_.samples().piece.part(0, report_.samples));
+    const std::vector<Index> component =
+        to_host(set_.context(0), surface_.samples().component.part(0, report_.samples));
     std::vector<Vec3f> result;
     for (std::size_t i = 0; i < x_m.size(); ++i)
       result.push_back(
-          report_.motions[static_cast<std::size_t>(std::max(piece[i], Index(0)))].velocity_at(x_m[i], 0));
+          report_.motions[static_cast<std::size_t>(std::max(component[i], Index(0)))].velocity_at(x_m[i], 0));
     return result;
   }
 
@@ -164,7 +164,7 @@ TEST(RealMotion, OfAStillFigureWithNoisyMasksIsNone) {
   }
 }
 
-TEST(RealMotion, TwoPiecesMoveEachTheirOwnWay) {
+TEST(RealMotion, TwoComponentsMoveEachTheirOwnWay) {
   Rebuilt rig(96);
   const double speed = 0.3, fps = 30;
   for (int frame = 0; frame < 5; ++frame) {
@@ -173,10 +173,10 @@ TEST(RealMotion, TwoPiecesMoveEachTheirOwnWay) {
                            box({-0.25F, 0.4F, 0}, {0.1F, 0.1F, 0.1F})),
             frame == 0 ? 0 : 1 / fps);
     const RealSurfaceReport& report = rig.report();
-    ASSERT_EQ(report.pieces.count, 2);
+    ASSERT_EQ(report.components.count, 2);
     if (frame == 0) continue;
     for (Index k = 0; k < 2; ++k) {
-      const Vec3f center = report.pieces.piece[k].center_m;
+      const Vec3f center = report.components.component[k].center_m;
       const Vec3d truth = center.x > 0 ? Vec3d{speed, 0, 0} : Vec3d{};
       EXPECT_LT(length(vec_cast<double>(report.motions[static_cast<std::size_t>(k)].velocity_m_s) - truth),
                 0.05 * speed)

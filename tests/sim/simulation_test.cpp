@@ -96,16 +96,16 @@ TEST_P(SimulationOnDevices, ABallPressesTheSlabAndEveryDeviceAgrees) {
 }
 
 /// What an overflow says to raise is a key of the scene, and enough.
-TEST(Simulation, TooLittleRoomNamesTheKeyThatGivesIt) {
+TEST(Simulation, TooLittleCapacityNamesTheKeyThatGivesIt) {
   DeviceSet devices("cpu");
   Scene scene = slab_scene();
   scene.reconstruction.max_vertices = 90;
   const auto status = [&] {
     return text_of(Simulation(devices, scene, make_synthetic_rig(), {}).step(ball_frame(0.35, 0), 0).notices);
   };
-  const std::string told = ", room for 90: raise reconstruction.max_vertices to ";
+  const std::string reported = ", capacity for 90: raise reconstruction.max_vertices to ";
   const std::string text = status();
-  const std::size_t at = text.find(told);
+  const std::size_t at = text.find(reported);
   ASSERT_NE(at, std::string::npos) << text;
   scene.reconstruction.max_vertices = std::stoi(text.substr(at + told.size()));
   EXPECT_EQ(status(), "");

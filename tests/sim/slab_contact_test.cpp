@@ -91,8 +91,8 @@ std::vector<ObstacleDescription> obstacles() {
 
 struct Played {
   std::vector<Vec3f> x_m, v_m_s;
-  std::vector<std::vector<OwnerTotals>> totals;  ///< per frame
-  std::vector<std::vector<Index>> touched;       ///< per frame, ascending
+  std::vector<std::vector<ColliderTotals>> totals;  ///< per frame
+  std::vector<std::vector<Index>> touched;          ///< per frame, ascending
   int slabs = 0;
 };
 
@@ -111,7 +111,7 @@ class Player {
                  .conditions = {bar_.motions, {}, nullptr}},
                 {.least_elements = 0, .changes = c.matching_every > 1 ? 2 : 1}),
         boundary_(body_boundary(bar_.lattice, bar_.surface, bar_.elements)),
-        points_(tissue_, bar_.lattice, boundary_, c.cut_at_frame >= 0 ? kPointRoom : 0),
+        points_(tissue_, bar_.lattice, boundary_, c.cut_at_frame >= 0 ? kPointCapacity : 0),
         world_(devices, tissue_.slab_count(), test::small_surface(kH),
                {.restitution = 0.3F, .friction = 0.4F}, obstacles()),
         frame_(devices),
@@ -122,9 +122,9 @@ class Player {
     if (c.cut_at_frame < 0) return;
     cutter_.emplace(bar_.lattice, std::vector<std::uint8_t>{}, bar_.surface,
                     anchor_vertices(bar_.lattice, bar_.surface),
-                    cut::CutSurface::Room{.vertices = 60000, .triangles = 60000});
+                    cut::CutSurface::Capacity{.vertices = 60000, .triangles = 60000});
     cut_points_ = cut::CutPoints(bar_.lattice, boundary_.points, boundary_.anchors, boundary_.bearing,
-                                 boundary_.first_count, kPointRoom);
+                                 boundary_.first_count, kPointCapacity);
   }
   ~Player() { devices_.synchronize(); }
   Played play() {
@@ -162,7 +162,7 @@ class Player {
   }
 
  private:
-  static constexpr Index kPointRoom = 3000;
+  static constexpr Index kPointCapacity = 3000;
   /// From above, over both cuts between three slabs: to the middle of the bar's height, then on.
   void cut(int part) {
     const auto edge = [](float y) {
@@ -216,14 +216,14 @@ Played on_one_cpu(const Case& c) {
   return play(one, c);
 }
 
-void expect_same_totals(const std::vector<OwnerTotals>& got, const std::vector<OwnerTotals>& expected) {
+void expect_same_totals(const std::vector<ColliderTotals>& got, const std::vector<ColliderTotals>& expected) {
   ASSERT_EQ(got.size(), expected.size());
   for (std::size_t k = 0; k < got.size(); ++k) {
-    const OwnerTotals &a = got[k], &b = expected[k];
-    EXPECT_TRUE(std::memcmp(&a.sums, &b.sums, sizeof a.sums) == 0) << "owner " << k;
-    EXPECT_EQ(a.contacts, b.contacts) << "owner " << k;
-    EXPECT_EQ(a.pushed_out, b.pushed_out) << "owner " << k;
-    EXPECT_EQ(a.max_depth_m, b.max_depth_m) << "owner " << k;
+    const ColliderTotals &a = got[k], &b = expected[k];
+    EXPECT_TRUE(std::memcmp(&a.sums, &b.sums, sizeof a.sums) == 0) << "collider " << k;
+    EXPECT_EQ(a.contacts, b.contacts) << "collider " << k;
+    EXPECT_EQ(a.pushed_out, b.pushed_out) << "collider " << k;
+    EXPECT_EQ(a.max_depth_m, b.max_depth_m) << "collider " << k;
   }
 }
 
@@ -259,8 +259,8 @@ TEST(SlabContactCases, TouchWhatTheyShould) {
     const CubeLattice lattice = Bar(c).lattice;
     for (const Vec3f& x : one.x_m) ASSERT_TRUE(std::isfinite(x.x + x.y + x.z));
     Index contacts[4] = {}, pushed_out = 0;
-    for (const std::vector<OwnerTotals>& frame : one.totals) {
-      for (const Index k : {0, 1, 2, 3}) contacts[k] += frame[k < 2 ? k : kPieces + k - 2].contacts;
+    for (const std::vector<ColliderTotals>& frame : one.totals) {
+      for (const Index k : {0, 1, 2, 3}) contacts[k] += frame[k < 2 ? k : kComponents + k - 2].contacts;
       pushed_out += frame[0].pushed_out + frame[1].pushed_out;
     }
     for (const Index count : contacts) EXPECT_GT(count, 0);
@@ -285,7 +285,7 @@ TEST(SlabContactCases, TouchWhatTheyShould) {
     }
     if (c.stop_at_frame < 0) continue;
     const auto last = one.totals.back();
-    for (const OwnerTotals& t : last) EXPECT_EQ(t.contacts, 0) << "contact moves a body that was stopped";
+    for (const ColliderTotals& t : last) EXPECT_EQ(t.contacts, 0) << "contact moves a body that was stopped";
   }
 }
 
@@ -342,7 +342,7 @@ Scene ball_scene() {
 struct PlayedScene {
   std::vector<Vec3f> x_m;
   std::vector<Vec3f> reactions;  ///< per frame and contact: force, torque
-  std::string pieces;
+  std::string components;
   int recordings = 0;
   int slabs = 0;
 };
@@ -362,7 +362,7 @@ PlayedScene play_scene(const std::string& devices_text, std::uint64_t seed) {
     frame.time_s = k / 30.0;
     const StepReport report = simulation.step(frame, k == 0 ? 0 : 1.0 / 30);
     for (const BodyContact& c : report.contacts) {
-      played.pieces += c.body + " " + c.piece + "; ";
+      played.components += c.body + " " + c.component + "; ";
       played.reactions.insert(played.reactions.end(), {c.reaction.force_N, c.reaction.torque_N_m});
     }
   }
@@ -378,12 +378,12 @@ PlayedScene play_scene(const std::string& devices_text, std::uint64_t seed) {
 
 TEST_P(SlabContact, ABallPressesABarOnManyDevicesAsOnOne) {
   static const PlayedScene expected = play_scene("cpu", 0);
-  EXPECT_NE(expected.pieces.find("bar 0; "), std::string::npos) << expected.pieces;
-  EXPECT_NE(expected.pieces.find("cube floor; "), std::string::npos) << expected.pieces;
+  EXPECT_NE(expected.components.find("bar 0; "), std::string::npos) << expected.components;
+  EXPECT_NE(expected.components.find("cube floor; "), std::string::npos) << expected.components;
   const PlayedScene got = play_scene(GetParam(), 3);
   EXPECT_TRUE(got.x_m == expected.x_m);
   EXPECT_EQ(got.reactions, expected.reactions);
-  EXPECT_EQ(got.pieces, expected.pieces);
+  EXPECT_EQ(got.components, expected.components);
   EXPECT_EQ(got.recordings, 1);
   EXPECT_EQ(got.slabs, GetParam() == "cpu:2" || GetParam() == "cpu:3" ? 2 : 1);
 }

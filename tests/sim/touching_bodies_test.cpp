@@ -69,9 +69,9 @@ Result play(const std::string& devices_text, const Scene& scene, int frames) {
   return result;
 }
 
-const BodyContact* find(const StepReport& report, const std::string& body, const std::string& piece) {
+const BodyContact* find(const StepReport& report, const std::string& body, const std::string& component) {
   for (const BodyContact& c : report.contacts) {
-    if (c.body == body && c.piece == piece) return &c;
+    if (c.body == body && c.component == component) return &c;
   }
   return nullptr;
 }
@@ -84,9 +84,9 @@ TEST_P(TouchingBodiesOnDevices, AStackRestsAndItsForcesAreWeights) {
                low_N = middle_N + got.weight_N[0];
   // What still swings after 1.5 s is the tolerance; the sum over a frame balances momentum to rounding
   // (BodyPairs.ReactionsAreWeightsAndOpposite).
-  const auto down_N = [&](const char* body, const char* piece) {
-    const BodyContact* c = find(got.report, body, piece);
-    EXPECT_NE(c, nullptr) << body << " on " << piece;
+  const auto down_N = [&](const char* body, const char* component) {
+    const BodyContact* c = find(got.report, body, component);
+    EXPECT_NE(c, nullptr) << body << " on " << component;
     return c == nullptr ? 0 : static_cast<double>(-c->reaction.force_N.y);
   };
   EXPECT_NEAR(down_N("high", "middle"), high_N, 0.03 * high_N);
@@ -215,8 +215,8 @@ TEST(TouchingBodies, ThePileOfTheExampleStands) {
   scene.reconstruction.resolution = 24;
   const Result r = play("cpu", scene, 30);
   EXPECT_TRUE(r.report.notices.empty());
-  const auto presses = [&](const char* body, const char* piece) {
-    const BodyContact* c = find(r.report, body, piece);
+  const auto presses = [&](const char* body, const char* component) {
+    const BodyContact* c = find(r.report, body, component);
     return c != nullptr && c->reaction.force_N.y < 0;
   };
   EXPECT_TRUE(presses("high", "middle"));

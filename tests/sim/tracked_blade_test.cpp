@@ -26,7 +26,7 @@ bodies:
   - name: bar
     contact: false
     cuttable: true
-    cut_room: 2000
+    cut_capacity: 2000
     shape: {kind: box, size_m: [0.06, 0.06, 0.045]}
     placement: {position_m: [0.1, 0.44, 0]}
     spacing_m: 0.015
@@ -180,7 +180,8 @@ TEST(TrackedBlade, ItsFlanksOpenTheCutAndItsEdgePushesNothing) {
   Index touched = 0;
   for (int k = 0; k < 16; ++k) {
     const StepReport report = scene.step({0.138, 0.49 - 0.1 * k / 30, 0});
-    for (const BodyContact& c : report.contacts) touched += c.piece == "scalpel" ? c.reaction.contacts : 0;
+    for (const BodyContact& c : report.contacts)
+      touched += c.component == "scalpel" ? c.reaction.contacts : 0;
     if (scene.simulation->cuts().empty()) {
       EXPECT_EQ(touched, 0);
       const std::vector<Vec3f> x_m = scene.body().positions_m(scene.simulation->context());
@@ -205,7 +206,7 @@ TEST(TrackedBlade, ItsFlankPushes) {
   for (int k = 0; k < 15; ++k) {
     const StepReport report = scene.step({0.142, 0.44, -0.045 + 0.1 * k / 30});  // the bar begins at -22.5 mm
     for (const BodyContact& contact : report.contacts) {
-      EXPECT_EQ(contact.piece, "scalpel");
+      EXPECT_EQ(contact.component, "scalpel");
       impulse_N_s += vec_cast<double>(contact.reaction.impulse_N_s);
     }
   }

@@ -36,9 +36,9 @@ class CutBlock {
         solid_(rest_solid(lattice_, surface_, MeshFill::closed)),
         boundary_(body_boundary(lattice_, surface_, ElementMask(lattice_.cubes.size(), 1))),
         points_(embed_points(lattice_, boundary_.points, boundary_.bearing)) {
-    points_.insert(points_.begin() + boundary_.first_count, at(kPointRoom), EmbeddedPoint{});
+    points_.insert(points_.begin() + boundary_.first_count, at(kPointCapacity), EmbeddedPoint{});
     cut::CutPoints cut_points(lattice_, boundary_.points, boundary_.anchors, boundary_.bearing,
-                              boundary_.first_count, kPointRoom);
+                              boundary_.first_count, kPointCapacity);
     CutSolid cut_solid(lattice_, solid_);
     TopologyChange change;
     const auto edge = [](float x) {
@@ -71,7 +71,7 @@ class CutBlock {
   }
 
  private:
-  static constexpr Index kPointRoom = 2000;
+  static constexpr Index kPointCapacity = 2000;
   static constexpr unsigned kLowCorners = 0b00110011;  ///< of a cube: those with y = 0
   static TriangleMesh box() {
     const Vec3f half_m = 0.5F * kSpacing_m * vec_cast<float>(kCubes);

@@ -199,7 +199,7 @@ TEST_P(Wounds, BleedByRateAreaAndTime) {
   EXPECT_EQ(got.liquid.emitted, static_cast<std::uint32_t>(got.liquid.here) + got.liquid.taken);
 }
 
-/// Half of each wall bleeds, and less and less: over t, T (1 - e^(-t/T)) instead of t. Each piece began
+/// Half of each wall bleeds, and less and less: over t, T (1 - e^(-t/T)) instead of t. Each component began
 /// within the 0.1 s that the stroke took, in steps of frames: that mean is known to a frame, 0.033 of 0.47 s.
 TEST(WoundScene, ARegionHasAFactorAndBleedingFades) {
   const Scene half = bleeding_slab(

@@ -12,7 +12,7 @@ bodies:
   - name: block
     contact: false
     cuttable: true
-    cut_room: 400
+    cut_capacity: 400
     shape: {kind: box, size_m: [0.2, 0.2, 0.1]}
     placement: {position_m: [0, 0.6, 0.6]}
     spacing_m: 0.025

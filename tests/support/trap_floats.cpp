@@ -41,7 +41,7 @@ bool is_new(void* site) {
   return false;
 }
 
-void tell(void* site, const char* word) {
+void report(void* site, const char* word) {
   Dl_info of{};
   ::dladdr(site, &of);
   char text[512];
@@ -55,10 +55,10 @@ void on_trap(int, siginfo_t*, void* context) {
   auto& machine = static_cast<ucontext_t*>(context)->uc_mcontext;
   void* const site = reinterpret_cast<void*>(machine.gregs[REG_RIP]);
   if (is_new(site)) {
-    tell(site, "at");
+    report(site, "at");
     std::array<void*, kMostCallers> callers{};
     const int count = ::backtrace(callers.data(), kMostCallers);
-    for (int i = 3; i < count; ++i) tell(callers[static_cast<std::size_t>(i)], "from");
+    for (int i = 3; i < count; ++i) report(callers[static_cast<std::size_t>(i)], "from");
   }
   machine.fpregs->mxcsr = (machine.fpregs->mxcsr | kMasks) & ~kFlags;
   machine.gregs[REG_EFL] |= kTrapFlag;

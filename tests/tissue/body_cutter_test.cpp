@@ -39,12 +39,12 @@ struct Body {
   CubeLattice followed;  ///< by changes alone
   int frame = 0;
 
-  Body(CubeLattice whole, TriangleMesh mesh, PatchRoom room)
+  Body(CubeLattice whole, TriangleMesh mesh, PatchCapacity capacity)
       : lattice(cut_lattice(
-            whole, [](Vec3i, int) { return false; }, room)),
+            whole, [](Vec3i, int) { return false; }, capacity)),
         surface(std::move(mesh)),
         cutter(lattice, {}, surface, anchor_vertices(lattice, surface),
-               {.vertices = 100 * room.copies + 100000, .triangles = 200 * room.copies + 100000}),
+               {.vertices = 100 * capacity.copies + 100000, .triangles = 200 * capacity.copies + 100000}),
         followed(lattice) {}
   CutReport cut(Vec3f a, Vec3f b, Vec3f c, Vec3f d) {
     BladeStrip strip{{kSpacing * a, kSpacing * b}, {kSpacing * c, kSpacing * d}, frame++};
@@ -61,8 +61,8 @@ struct Body {
   }
 };
 
-Body block(Vec3i n, float fine, PatchRoom room) {
-  return {lattice_from_box({}, n, {.spacing_m = kSpacing}), box_mesh(n, fine), room};
+Body block(Vec3i n, float fine, PatchCapacity capacity) {
+  return {lattice_from_box({}, n, {.spacing_m = kSpacing}), box_mesh(n, fine), capacity};
 }
 
 /// Per cube and copy the part of the body that it belongs to.

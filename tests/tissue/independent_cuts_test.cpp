@@ -227,7 +227,7 @@ TEST(IndependentCuts, StraightStrokesAnywhere) {
   }
 }
 
-/// Pieces in which a ball of sqrt 3 spacings has room hold a whole cube of the lattice. Two points so far
+/// Pieces in which a ball of sqrt 3 spacings has capacity hold a whole cube of the lattice. Two points so far
 /// from all planes are in one part of the lattice if they are in one piece, and only then.
 std::string check_pieces(const StrokeBody& body, const std::vector<CutPlane>& planes, std::mt19937& random) {
   const test::PieceCount count(body.surface_m(), planes, 1500, random);
@@ -250,7 +250,7 @@ std::string check_pieces(const StrokeBody& body, const std::vector<CutPlane>& pl
   for (const auto& [piece, of] : parts) torn += of.size() > 1 ? 1 : 0;
   for (const auto& [part, of] : pieces) joined += of.size() > 1 ? 1 : 0;
   if (std::getenv("CUT_TELL") != nullptr)
-    std::printf("  %d pieces with room for a ball, %d parts\n", int(parts.size()), int(pieces.size()));
+    std::printf("  %d pieces with capacity for a ball, %d parts\n", int(parts.size()), int(pieces.size()));
   if (torn == 0 && joined == 0) return "";
   return "; " + std::to_string(torn) + " pieces are torn, " + std::to_string(joined) + " parts are several";
 }

@@ -16,9 +16,9 @@ namespace {
 constexpr float kSpacing = 0.01F;
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-CubeLattice block(Vec3i cubes, PatchRoom room) {
+CubeLattice block(Vec3i cubes, PatchCapacity capacity) {
   return cut_lattice(
-      lattice_from_box({}, cubes, {.spacing_m = kSpacing}), [](Vec3i, int) { return false; }, room);
+      lattice_from_box({}, cubes, {.spacing_m = kSpacing}), [](Vec3i, int) { return false; }, capacity);
 }
 
 /// A straight edge from a to b that moves to c and d; in spacings.
@@ -161,8 +161,8 @@ TEST(LatticeCutter, CutsOneHalfAlone) {
 }
 
 TEST(LatticeCutter, AFullPatchKeepsTheCutForLater) {
-  for (const PatchRoom room : {PatchRoom{50, 900}, PatchRoom{900, 50}}) {
-    const CubeLattice whole = block({8, 8, 8}, room);
+  for (const PatchCapacity capacity : {PatchCapacity{50, 900}, PatchCapacity{900, 50}}) {
+    const CubeLattice whole = block({8, 8, 8}, capacity);
     LatticeCutter cutter(whole);
     const TopologyChange none = cut(cutter, plane_x(4.5F, -1, 9, 8));
     EXPECT_TRUE(cutter.is_full());

@@ -19,9 +19,9 @@ namespace {
 constexpr ElasticMaterial kMaterial{.young_Pa = 3000, .poisson = 0.4F};
 
 /// Cuts edges along x in the middle of cubes at x = `column`, from y = `bottom` up.
-CubeLattice slit(const CubeLattice& whole, Index column, Index bottom, PatchRoom room = {}) {
+CubeLattice slit(const CubeLattice& whole, Index column, Index bottom, PatchCapacity capacity = {}) {
   return cut_lattice(
-      whole, [=](Vec3i p, int axis) { return axis == 0 && p.x == column && p.y >= bottom; }, room);
+      whole, [=](Vec3i p, int axis) { return axis == 0 && p.x == column && p.y >= bottom; }, capacity);
 }
 
 struct Motion {
@@ -210,7 +210,7 @@ class HalfSlit : public testing::Test {
 };
 
 /// u / h is 0.003: cubic terms are 1e-5 of the linear ones. Positions of 0.025 m are rounded to 1.9e-9 m, of
-/// an opening of 3e-5 m that is 6e-5. So 0.2 % leaves room for what drag has not settled yet.
+/// an opening of 3e-5 m that is 6e-5. So 0.2 % leaves capacity for what drag has not settled yet.
 TEST_F(HalfSlit, OpensAsTheStiffnessOfItsCubesSays) {
   constexpr float kForce_N = 2e-5F;
   CubeLattice whole = lattice_from_box({}, LinearSlit::kCubes, {.spacing_m = kH});
@@ -230,7 +230,7 @@ TEST_F(HalfSlit, OpensAsTheStiffnessOfItsCubesSays) {
   EXPECT_GT(opening_m, 5 * opening_of_body_m(whole, kForce_N));
 }
 
-/// Cubes that were cut, and room, count neither as volume nor as inverted.
+/// Cubes that were cut, and capacity, count neither as volume nor as inverted.
 TEST(SlitBody, HasTheVolumeOfTheWhole) {
   const CubeLattice whole = box({5, 4, 3}), lattice = slit(whole, 2, 1, {.copies = 30, .nodes = 40});
   std::vector<Vec3f> x = lattice.rest_positions_m();
@@ -306,7 +306,7 @@ class SlitDevices : public testing::TestWithParam<std::string> {
 };
 TACTUS_INSTANTIATE_DEVICES(SlitDevices);
 
-/// Cut along and across the slabs' layers, where y is low, with room to spare.
+/// Cut along and across the slabs' layers, where y is low, with capacity to spare.
 CubeLattice cross_cut(const CubeLattice& whole) {
   const Index mid = whole.node_dims.z / 2;
   return cut_lattice(whole,
@@ -397,8 +397,8 @@ TEST_P(SlitDevices, BadVirtualNodesAreFound) {
   }
 }
 
-/// Room that nothing uses changes no bit.
-TEST(SlitBody, RoomChangesNothing) {
+/// Capacity that nothing uses changes no bit.
+TEST(SlitBody, CapacityChangesNothing) {
   const CubeLattice whole = box({5, 4, 3});
   const auto none = [](Vec3i, int) { return false; };
   const Motion without = run_elements(whole, {}, 50),

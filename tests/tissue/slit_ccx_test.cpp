@@ -99,18 +99,18 @@ CubeLattice whole_block(Index cuts) {
 }
 
 /// Slit from the top in the middle of the middle column: all edges from height `bottom` on.
-CubeLattice slit_block(Index cuts, Index bottom, PatchRoom room = {}) {
+CubeLattice slit_block(Index cuts, Index bottom, PatchCapacity capacity = {}) {
   const Index column = cuts * kUnits.x / 2;
   return cut_lattice(
       whole_block(cuts), [=](Vec3i p, int axis) { return axis == 0 && p.x == column && p.y >= bottom; },
-      room);
+      capacity);
 }
 
 /// Slit by a blade from the top to `bottom_m`.
 CubeLattice blade_block(Index cuts, float bottom_m) {
-  const PatchRoom room{.copies = 4000, .nodes = 8000};
+  const PatchCapacity capacity{.copies = 4000, .nodes = 8000};
   cut::LatticeCutter cutter(cut_lattice(
-      whole_block(cuts), [](Vec3i, int) { return false; }, room));
+      whole_block(cuts), [](Vec3i, int) { return false; }, capacity));
   const float x_m = 0.5F * kUnit_m * static_cast<float>(kUnits.x);
   const cut::BladeStrip strip{{{x_m, 1, -1}, {x_m, 1, 1}}, {{x_m, bottom_m, -1}, {x_m, bottom_m, 1}}, 0};
   cutter.mark(strip, cutter.lattice().rest_positions_m());

@@ -17,11 +17,11 @@ namespace tactus {
 namespace {
 
 constexpr ElasticMaterial kMaterial{.young_Pa = 3000, .poisson = 0.4F};
-constexpr PatchRoom kRoom{.copies = 500, .nodes = 700};
+constexpr PatchCapacity kCapacity{.copies = 500, .nodes = 700};
 
 CubeLattice uncut(const CubeLattice& whole) {
   return cut_lattice(
-      whole, [](Vec3i, int) { return false; }, kRoom);
+      whole, [](Vec3i, int) { return false; }, kCapacity);
 }
 
 /// Along and across the slabs' layers, where y is low.
@@ -33,7 +33,7 @@ CubeLattice cross_cut(const CubeLattice& whole) {
         return p.y <= 2 &&
                ((axis == 0 && p.x == 2) || (axis == 2 && p.x >= 2 && (p.z == mid || p.z == mid - 6)));
       },
-      kRoom);
+      kCapacity);
 }
 
 /// A body that a schedule runs, as a scene's bodies.
@@ -100,7 +100,7 @@ TEST_P(ChangeDevices, ACutBodyMovesAsOneThatWasBuiltCut) {
   for (const ElementMask& elements : {ElementMask{}, with_copies(before, split_by_ratio(whole, 1, 2, 1))}) {
     ElementMask built_elements =
         elements.empty() ? elements : with_copies(after, split_by_ratio(whole, 1, 2, 1));
-    // Room is made of elements: only those can be cut.
+    // Capacity is made of elements: only those can be cut.
     ElementMask cut_elements = elements;
     for (std::size_t c = whole.cubes.size(); c < cut_elements.size(); ++c) cut_elements[c] = 1;
     ScheduledBody cut(devices, before, cut_elements, {}), built(devices, after, built_elements, {});
@@ -127,7 +127,8 @@ TEST_P(ChangeDevices, ACutBodyMovesAsOneThatWasBuiltCut) {
 TEST(TopologyChange, CopiesTakeOverWhatHasRelaxed) {
   const CubeLattice whole = box({5, 4, 3}), before = uncut(whole),
                     after = cut_lattice(
-                        whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2 && p.y >= 1; }, kRoom);
+                        whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2 && p.y >= 1; },
+                        kCapacity);
   DeviceSet devices("cpu");
   TledOptions relaxing{.damping_ratio = 0};
   relaxing.relaxation[0] = {.share = 0.5F, .time_s = 0.002F};
@@ -173,7 +174,8 @@ TEST(TopologyChange, CopiesTakeOverWhatHasRelaxed) {
 TEST(TopologyChange, LatticesFollow) {
   const CubeLattice whole = box({5, 4, 3}), before = uncut(whole),
                     after = cut_lattice(
-                        whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2 && p.y >= 1; }, kRoom);
+                        whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2 && p.y >= 1; },
+                        kCapacity);
   CubeLattice lattice = before;
   apply(topology_change(before, after), lattice);
   EXPECT_EQ(lattice.cube_nodes, after.cube_nodes);
@@ -221,7 +223,7 @@ TEST_P(ChangeDevices, ASurfaceThatIsCutMovesAsOneThatWasBuiltCut) {
   ExecContext& ctx = devices.context(0);
   const CubeLattice whole = box({5, 4, 3}), before = uncut(whole),
                     after = cut_lattice(
-                        whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2; }, kRoom);
+                        whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2; }, kCapacity);
   std::vector<std::array<Index, 4>> one_box, two_boxes;
   add_box(one_box, 0, 4);
   add_box(two_boxes, 0, 8);
@@ -236,8 +238,8 @@ TEST_P(ChangeDevices, ASurfaceThatIsCutMovesAsOneThatWasBuiltCut) {
     change.vertices.push_back({static_cast<Index>(v), anchors[v].cube, anchors[v].local});
   for (std::size_t t = 0; t < cut_mesh.triangles.size(); ++t)
     change.triangles.push_back({static_cast<Index>(t), cut_mesh.triangles[t]});
-  const SurfaceRoom room{.vertices = 30, .triangles = 40};
-  EmbeddedSurface surface(ctx, before, mesh, 1, room), built(ctx, after, cut_mesh, 1, room);
+  const SurfaceCapacity capacity{.vertices = 30, .triangles = 40};
+  EmbeddedSurface surface(ctx, before, mesh, 1, capacity), built(ctx, after, cut_mesh, 1, capacity);
   BodyState state = rest_state(ctx, after);
   std::vector<Vec3f> x = after.rest_positions_m();
   for (Index i = 0; i < after.node_count(); ++i) {
@@ -264,10 +266,11 @@ TEST_P(ChangeDevices, ASurfaceThatIsCutMovesAsOneThatWasBuiltCut) {
 TEST(TopologyChange, RefusesWhatItCannotHold) {
   const CubeLattice whole = box({5, 4, 3}), before = uncut(whole),
                     after = cut_lattice(
-                        whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2; }, kRoom);
+                        whole, [](Vec3i p, int axis) { return axis == 0 && p.x == 2; }, kCapacity);
   DeviceSet devices("cpu");
-  BodySolver without_room(devices, {.lattice = whole, .materials = {&kMaterial, 1}}, {.least_elements = 0});
-  EXPECT_THROW(without_room.apply(topology_change(before, after)), Error);
+  BodySolver without_capacity(devices, {.lattice = whole, .materials = {&kMaterial, 1}},
+                              {.least_elements = 0});
+  EXPECT_THROW(without_capacity.apply(topology_change(before, after)), Error);
   ElementMask matched(before.cubes.size(), 1);
   std::fill_n(matched.begin(), 30, 0);
   BodySolver body(

@@ -57,10 +57,10 @@ void print_cameras(const std::vector<FileCamera>& cameras) {
 /// Cameras of all files, one after the other.
 std::vector<FileCamera> read_all(std::span<const std::string> files, const CalibrationAnswers& answers) {
   std::vector<FileCamera> cameras;
-  std::string told;
+  std::string reported;
   for (const std::string& file : files) {
     const CalibrationData data = read_calibration_file(file, answers);
-    told += file + ": " + data.format + ", " + std::to_string(data.cameras.size()) + " cameras\n";
+    reported += file + ": " + data.format + ", " + std::to_string(data.cameras.size()) + " cameras\n";
     for (const FileCamera& camera : data.cameras) {
       for (const FileCamera& other : cameras) {
         if (other.calibrated.camera.name == camera.calibrated.camera.name)
@@ -70,7 +70,7 @@ std::vector<FileCamera> read_all(std::span<const std::string> files, const Calib
       cameras.push_back(camera);
     }
   }
-  std::printf("%s", told.c_str());
+  std::printf("%s", reported.c_str());
   return cameras;
 }
 

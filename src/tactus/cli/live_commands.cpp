@@ -111,13 +111,13 @@ Beat wait_for_beat(double fps) {
 }
 
 /// Tells of refusals once a reason.
-void tell_refusals(const RigClient::Status& status, RefusalCounts& told) {
-  for (std::size_t r = 0; r < told.size(); ++r) {
+void report_refusals(const RigClient::Status& status, RefusalCounts& reported) {
+  for (std::size_t r = 0; r < reported.size(); ++r) {
     const auto why = static_cast<Refusal>(r);
-    if (status.refused[r] > 0 && told[r] == 0)
+    if (status.refused[r] > 0 && reported[r] == 0)
       log_warning(std::string("the server refuses packets: ") + refusal_text(why) +
                   " (docs/wire.md says what that means)");
-    told[r] = status.refused[r];
+    reported[r] = status.refused[r];
   }
 }
 
@@ -129,7 +129,7 @@ void run_client(const LiveFlags& flags) {
   RigClient client(s.camera, s.address, s.key);
   log_info("camera '" + s.camera.name + "' sends to " + s.address);
   const LiveSettings& live = s.file.live;
-  RefusalCounts told{};
+  RefusalCounts reported{};
   CameraImages images;
   std::string trouble;
   const double end_s = flags.seconds > 0 ? now_s() + flags.seconds : HUGE_VAL;
@@ -155,7 +155,7 @@ void run_client(const LiveFlags& flags) {
       std::this_thread::sleep_for(std::chrono::milliseconds(200));
     if (why != trouble && !why.empty()) log_warning(why);
     trouble = why;
-    tell_refusals(client.status(), told);
+    report_refusals(client.status(), reported);
   }
   const RigClient::Status status = client.status();
   std::printf("camera '%s': %lld packets sent, %lld taken, %lld replaced by newer ones\n",
@@ -193,15 +193,15 @@ void serve(const LiveFlags& flags) {
   std::optional<RecordingWriter> recorder;
   if (!flags.record.empty()) recorder.emplace(flags.record, source.rig(), source.fps());
   const double begin_s = now_s();
-  double told_s = begin_s;
+  double reported_s = begin_s;
   bool any = false;
   FrameSet frame;
   while (!interrupted() && (flags.seconds <= 0 || now_s() - begin_s < flags.seconds)) {
     const NextFrame next = source.next(frame);
     any = any || next == NextFrame::success;
     if (recorder && any) recorder->add(next, frame, source.status());
-    if (now_s() - told_s < 1) continue;
-    told_s = now_s();
+    if (now_s() - reported_s < 1) continue;
+    reported_s = now_s();
     print_status(nlohmann::json::parse(live_status_json(source.live_status())));
     std::fflush(stdout);
   }

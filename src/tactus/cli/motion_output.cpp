@@ -56,30 +56,30 @@ std::vector<Index> MotionOutput::track(const MeshView& surface, const TriangleMe
   part.positions_m = surface.positions_m.part(0, std::max(vertices, Index{1}));
   part.triangles = surface.triangles.part(0, std::max(triangles, Index{1}));
   if (!surface.normals.empty()) part.normals = surface.normals.part(0, std::max(vertices, Index{1}));
-  const bool has_room = tracker_ && tracker_->settings().max_vertices >= vertices &&
-                        tracker_->settings().max_triangles >= triangles;
-  if (!has_room) {
-    const auto room = [](Index count, Index most) {
+  const bool has_capacity = tracker_ && tracker_->settings().max_vertices >= vertices &&
+                            tracker_->settings().max_triangles >= triangles;
+  if (!has_capacity) {
+    const auto capacity = [](Index count, Index most) {
       return std::max(std::min(most, std::max(count + count / 2, kSmall)), Index{1});
     };
-    const Index most = room(triangles, surface.triangles.size());
+    const Index most = capacity(triangles, surface.triangles.size());
     tracker_.emplace(ctx_.device(),
                      RealSurfaceSettings{.sample_spacing_m = voxel_size_m_,
-                                         .max_vertices = room(vertices, surface.positions_m.size()),
+                                         .max_vertices = capacity(vertices, surface.positions_m.size()),
                                          .max_triangles = most,
                                          .max_raw_samples = std::max(2 * most, 1 << 18),
                                          .max_samples = std::max(most, 1 << 16)});
   }
   tracker_->update(ctx_, part, static_cast<float>(dt_s));
   report_ = tracker_->report(ctx_);
-  return tracker_->vertex_pieces(ctx_, vertices);
+  return tracker_->vertex_components(ctx_, vertices);
 }
 
 nlohmann::json MotionOutput::describe(MeshComponent p, Index tracked) {
-  const bool is_tracked = tracked != kNoPiece;
+  const bool is_tracked = tracked != kNoComponent;
   const auto of = static_cast<std::size_t>(std::max(tracked, Index(0)));
   const SurfaceMotion& motion = report_.motions.at(of);
-  const Index label = is_tracked ? report_.pieces.piece[of].label : -1;
+  const Index label = is_tracked ? report_.components.component[of].label : -1;
   if (is_tracked) {
     if (const auto before = axes_.find(label); before != axes_.end())
       p.axes = with_signs_of(before->second, p.axes);
@@ -104,14 +104,14 @@ void MotionOutput::add(const MeshView& surface, const TriangleMesh& mesh, const 
   last_time_s_ = frame.time_s;
   const std::vector<Index> tracked = track(surface, mesh, dt_s);
   const MeshComponents components = find_components(mesh);
-  std::vector<Index> number(components.pieces.size(), kNoPiece);
+  std::vector<Index> number(components.components.size(), kNoComponent);
   for (std::size_t v = 0; v < tracked.size(); ++v) {
     if (components.of_vertex[v] >= 0) number[static_cast<std::size_t>(components.of_vertex[v])] = tracked[v];
   }
   nlohmann::json list = nlohmann::json::array();
-  for (std::size_t i = 0; i < components.pieces.size(); ++i)
-    list.push_back(describe(components.pieces[i], number[i]));
-  row["pieces"] = std::move(list);
+  for (std::size_t i = 0; i < components.components.size(); ++i)
+    list.push_back(describe(components.components[i], number[i]));
+  row["components"] = std::move(list);
   const Figure* truth = source.truth();
   if (truth == nullptr || !(dt_s > 0)) return;
   std::vector<Vec3f> velocities;

@@ -14,20 +14,20 @@ namespace tactus {
 class MotionOutput {
  public:
   MotionOutput(ExecContext& ctx, float voxel_size_m) : ctx_(ctx), voxel_size_m_(voxel_size_m) {}
-  /// Adds `pieces` to the row of a frame, and for moving synthetic figures `velocity_rms` (of the error, m/s)
-  /// and `speed_rms` (of the truth, m/s), over vertices within a voxel of the figure.
+  /// Adds `components` to the row of a frame, and for moving synthetic figures `velocity_rms` (of the error,
+  /// m/s) and `speed_rms` (of the truth, m/s), over vertices within a voxel of the figure.
   /// @param mesh the surface on the host
   void add(const MeshView& surface, const TriangleMesh& mesh, const FrameSet& frame,
            const FrameSource& source, nlohmann::json& row);
 
  private:
-  /// Follows the surface's pieces. @return the number of each vertex's piece, or kNoPiece
+  /// Follows the surface's components. @return the number of each vertex's component, or kNoComponent
   std::vector<Index> track(const MeshView& surface, const TriangleMesh& mesh, double dt_s);
-  nlohmann::json describe(MeshComponent piece, Index tracked);
+  nlohmann::json describe(MeshComponent component, Index tracked);
 
   ExecContext& ctx_;
   float voxel_size_m_;
-  std::optional<RealSurface> tracker_;  ///< with room for the meshes so far
+  std::optional<RealSurface> tracker_;  ///< with capacity for the meshes so far
   RealSurfaceReport report_;
   std::map<Index, Mat3d> axes_;  ///< of each label, when it was seen last
   std::optional<double> last_time_s_;

@@ -130,7 +130,7 @@ CLI::Option* add_output(CLI::App& command, const std::string& flags, std::string
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& set_up) {
   open_standard_streams();
-  // After a failure some owners of files are never destroyed: a picture's belong to a thread that gave up.
+  // After a failure some colliders of files are never destroyed: a picture's belong to a thread that gave up.
   const struct Cleaner {
     ~Cleaner() { remove_temporary_files(); }
   } cleaner;

@@ -155,7 +155,7 @@ HullOptions hull_options(const ReconstructOptions& options, const Rig& rig) {
                    .max_vertices = options.max_vertices,
                    .max_triangles = options.max_triangles,
                    .depth_jump_m = static_cast<float>(options.depth_jump_m)};
-  // A whole room's depth is rough: noise, and walls along the rays wherever it ends.
+  // A whole capacity's depth is rough: noise, and walls along the rays wherever it ends.
   if (options.max_vertices == 0 && describe_source(options).kind == SourceKind::kinect)
     hull.max_vertices = static_cast<Index>(std::min(15.0 * sqr<double>(options.resolution) + 20000, 2e8));
   return hull;
@@ -170,7 +170,7 @@ std::string overflow_text(const HullOverflow& overflow) {
 
 /// The limit of that overflow.
 template <class Options>
-auto& room_of(const HullOverflow& overflow, Options& options) {
+auto& capacity_of(const HullOverflow& overflow, Options& options) {
   if (overflow.option == "max_active_bricks") return options.max_active_bricks;
   return overflow.option == "max_vertices" ? options.max_vertices : options.max_triangles;
 }
@@ -214,8 +214,8 @@ class Reconstruction {
                stages_->pipeline.voxel_size_m(), options.repair_masks) {}
 
   /// @param several whether files get the number of their frame
-  /// @throws Error, before anything is written, when nothing can be right or when the room that the options
-  /// set is too little for a closed mesh.
+  /// @throws Error, before anything is written, when nothing can be right or when the capacity that the
+  /// options set is too little for a closed mesh.
   nlohmann::json add(FrameSet& frame, bool several) {
     views_.check(devices_.context(0), frame);
     const HullReport report = make_surface(frame);
@@ -247,22 +247,22 @@ class Reconstruction {
   }
 
  private:
-  /// A surface that needs more room than there is gets it, and the frame is made again; each round shows at
-  /// most one more of bricks, vertices and triangles to be too few.
+  /// A surface that needs more capacity than there is gets it, and the frame is made again; each round shows
+  /// at most one more of bricks, vertices and triangles to be too few.
   HullReport make_surface(const FrameSet& frame) {
     for (;;) {
       time_stages(frame);
       HullReport report = stages_->pipeline.hull().report();
       if (!report.overflow) return report;
       const std::string text = "frame " + std::to_string(frame.tick) + ": " + overflow_text(*report.overflow);
-      if (room_of(*report.overflow, options_) > 0)
+      if (capacity_of(*report.overflow, options_) > 0)
         throw Error(text + "; its mesh would be open and is not written");
       // Half as much again: the next frames may need some more. Lists of bricks and of vertices have an end.
       const double most = report.overflow->option == "max_active_bricks" ? 3e7 : 7e8;
       if (report.overflow->wanted >= most) throw Error(text + ", which is more than there can be");
-      room_of(*report.overflow, hull_options_) =
+      capacity_of(*report.overflow, hull_options_) =
           static_cast<Index>(std::min(1.5 * report.overflow->wanted, most));
-      log_debug(text + "; room is made, and the frame done again");
+      log_debug(text + "; capacity is made, and the frame done again");
       stages_.reset();  // its memory, before that of the next
       stages_ = std::make_unique<SurfaceStages>(devices_, source_.rig(), options_, hull_options_);
     }
@@ -424,10 +424,12 @@ void add_reconstruct_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--min-views", options->min_views, "space that fewer cameras look at is outside")
       ->capture_default_str();
-  command->add_option("--max-vertices", options->max_vertices, "room in the mesh; 0: from the resolution");
-  command->add_option("--max-triangles", options->max_triangles, "room in the mesh; 0: twice the vertices");
+  command->add_option("--max-vertices", options->max_vertices,
+                      "capacity in the mesh; 0: from the resolution");
+  command->add_option("--max-triangles", options->max_triangles,
+                      "capacity in the mesh; 0: twice the vertices");
   command->add_option("--max-active-bricks", options->max_active_bricks,
-                      "room for bricks of 8^3 voxels with surface; 0: from the resolution");
+                      "capacity for bricks of 8^3 voxels with surface; 0: from the resolution");
   command
       ->add_option("--depth-jump-m", options->depth_jump_m,
                    "neighbouring depth pixels that differ by more mix two surfaces and are not used [m]")
@@ -442,7 +444,8 @@ void add_reconstruct_command(CLI::App& app) {
       "  tactus reconstruct --source middlebury $TACTUS_DATA/middlebury_dino --texture 3 --mesh dino.glb\n"
       "  tactus reconstruct --source masks rigs/horseman-masks.yaml --resolution 200 --mesh horseman.ply\n"
 
-      "  tactus reconstruct --source kinect $TACTUS_DATA/azure_kinect_tof --resolution 200 --mesh room.ply");
+      "  tactus reconstruct --source kinect $TACTUS_DATA/azure_kinect_tof --resolution 200 --mesh "
+      "capacity.ply");
   command->callback([options] { reconstruct(*options); });
 }
 

@@ -23,10 +23,10 @@ void warn_of_strain(const CrushSink& crush, const Simulation& simulation, const 
   std::string names;
   for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
     const SoftBody& body = *simulation.bodies()[b];
-    if (body.is_stopped()) set_exit_code(kExitBlewUp);
-    if (!crush.is_crushed(b) && !body.is_stopped()) continue;
+    if (body.is_frozen()) set_exit_code(kExitBlewUp);
+    if (!crush.is_crushed(b) && !body.is_frozen()) continue;
     names += (names.empty() ? "'" : ", '") + body.name() + "'";
-    names += body.is_stopped() ? " (blew up and rests)" : "";
+    names += body.is_frozen() ? " (blew up and rests)" : "";
   }
   if (names.empty() || options.explain) return;
   log_warning("crushed to less than " + number_text(kBadVolume) + " of their volume, or worse: " + names +

@@ -93,16 +93,16 @@ ViewCamera camera_of(const Lines& lines, const Box3f& body_m) {
 /// Every second part of a line that is cut into parts of this length, independent of its points.
 std::vector<std::pair<Vec3d, Vec3d>> dashes(const std::vector<Vec3d>& line_m, double dash_m) {
   std::vector<std::pair<Vec3d, Vec3d>> all;
-  double left_m = dash_m;  // of the piece
+  double left_m = dash_m;  // of the component
   bool is_drawn = true;
   for (std::size_t k = 1; k < line_m.size(); ++k) {
     Vec3d at_m = line_m[k - 1];
-    for (double way_m = length(line_m[k] - at_m); way_m > 0;) {
-      const double step_m = std::min(way_m, left_m);
-      const Vec3d next_m = at_m + (step_m / way_m) * (line_m[k] - at_m);
+    for (double displacement_m = length(line_m[k] - at_m); displacement_m > 0;) {
+      const double step_m = std::min(displacement_m, left_m);
+      const Vec3d next_m = at_m + (step_m / displacement_m) * (line_m[k] - at_m);
       if (is_drawn) all.emplace_back(at_m, next_m);
       at_m = next_m;
-      way_m -= step_m;
+      displacement_m -= step_m;
       left_m -= step_m;
       if (left_m > 0) continue;
       is_drawn = !is_drawn;

@@ -149,7 +149,7 @@ void ExecContext::exclusive_scan(const char* name, View<const Index> in, View<In
 void ExecContext::exclusive_scan(const char* name, Count count, View<const Index> in, View<Index> out) {
   if (device_.is_cuda()) return exclusive_scan(name, in, out);  // it learns the count too late
   const KernelTimer timer(*this, name);
-  check_room(count, min(in.size(), out.size()));
+  check_capacity(count, min(in.size(), out.size()));
   submit(name, [=] { scan_on_cpu(in.part(0, count.get()), out); });
 }
 
@@ -164,7 +164,7 @@ void ExecContext::exclusive_scan(const char* name, View<const std::uint64_t> in,
 void ExecContext::compact(const char* name, Count count, View<const Index> flags, View<Index> out,
                           View<Index> out_count) {
   const KernelTimer timer(*this, name);
-  check_room(count, flags.size());
+  check_capacity(count, flags.size());
   if (!device_.is_cuda()) return submit(name, [=] { compact_on_cpu(count.get(), flags, out, out_count); });
   const std::size_t bytes = cuda::algorithm_scratch_bytes(count.capacity);
   cuda::compact(device_.ordinal(), scratch(bytes), bytes, flags.data(), out.data(), out_count.data(), count,
@@ -174,7 +174,7 @@ void ExecContext::compact(const char* name, Count count, View<const Index> flags
 void ExecContext::sort_pairs(const char* name, Count count, View<std::uint32_t> keys, View<Index> values,
                              View<std::uint32_t> keys_scratch, View<Index> values_scratch, int key_bits) {
   const KernelTimer timer(*this, name);
-  check_room(count, keys.size());
+  check_capacity(count, keys.size());
   if (!device_.is_cuda()) {
     return submit(name,
                   [=] { sort_on_cpu(count.get(), keys, values, keys_scratch, values_scratch, key_bits); });
@@ -207,10 +207,10 @@ void ExecContext::check_copy(std::size_t from, Index to) {
   }
 }
 
-void ExecContext::check_room(const Count& count, Index room) {
-  if (count.capacity > room)
+void ExecContext::check_capacity(const Count& count, Index capacity) {
+  if (count.capacity > capacity)
     throw Error("up to " + std::to_string(count.capacity) + " elements asked for, of " +
-                std::to_string(room));
+                std::to_string(capacity));
 }
 
 void ExecContext::copy_bytes(void* to, const void* from, std::size_t bytes, CopyKind kind) {

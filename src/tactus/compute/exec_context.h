@@ -215,7 +215,7 @@ class ExecContext {
   void finish_profiled(const char* name, double begin_s) noexcept;
   enum class CopyKind : std::uint8_t { upload, download, device };
   static void check_copy(std::size_t from, Index to);
-  static void check_room(const Count& count, Index room);
+  static void check_capacity(const Count& count, Index capacity);
   void copy_bytes(void* to, const void* from, std::size_t bytes, CopyKind kind);
   void fill(void* what, std::uint8_t byte, std::size_t bytes);
   bool defers() const { return queue_ >= 0 || recording_ != nullptr; }

@@ -9,23 +9,23 @@ namespace tactus {
 /// needs its `join` before a recording ends.
 class SideStream {
  public:
-  explicit SideStream(Device& device) : beside_(device) {}
+  explicit SideStream(Device& device) : side_stream_(device) {}
 
   /// Where to submit. While kernels are timed one by one, the context itself.
   ExecContext& follow(ExecContext& ctx) {
     if (ctx.is_profiling()) return ctx;
     ctx.record(ready_);
-    beside_.wait(ready_);
-    return beside_;
+    side_stream_.wait(ready_);
+    return side_stream_;
   }
   void join(ExecContext& ctx) {
     if (ctx.is_profiling()) return;
-    beside_.record(done_);
+    side_stream_.record(done_);
     ctx.wait(done_);
   }
 
  private:
-  ExecContext beside_;
+  ExecContext side_stream_;
   Event ready_, done_;
 };
 

@@ -5,12 +5,13 @@
 
 namespace tactus {
 
-ActiveWalls::ActiveWalls(ExecContext& ctx, const WallGrid& grid, const WallMesh::Room& room, Index nodes)
+ActiveWalls::ActiveWalls(ExecContext& ctx, const WallGrid& grid, const WallMesh::Capacity& capacity,
+                         Index nodes)
     : grid_(grid),
       counts_(ctx.device(), 2),
-      triangle_list_(ctx.device(), room.surface),
-      vertex_list_(ctx.device(), room.vertices),
-      is_active_(ctx.device(), room.vertices),
+      triangle_list_(ctx.device(), capacity.surface),
+      vertex_list_(ctx.device(), capacity.vertices),
+      is_active_(ctx.device(), capacity.vertices),
       wide_(ctx.device(), grid.words()),
       taken_(ctx.device(), grid.words()),
       guarded_(ctx.device(), grid.words()),

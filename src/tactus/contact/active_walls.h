@@ -12,8 +12,8 @@ namespace tactus {
 /// step. Asynchronous, may be recorded. See active_wall_kernels.h.
 class ActiveWalls {
  public:
-  /// @param room of the surface
-  ActiveWalls(ExecContext& ctx, const WallGrid& grid, const WallMesh::Room& room, Index nodes);
+  /// @param capacity of the surface
+  ActiveWalls(ExecContext& ctx, const WallGrid& grid, const WallMesh::Capacity& capacity, Index nodes);
 
   Count vertices() const { return {counts().part(1, 1), vertex_list_.size()}; }
   Count triangles() const { return {counts().part(0, 1), triangle_list_.size()}; }

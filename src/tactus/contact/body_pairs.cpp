@@ -13,11 +13,11 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
 
-/// Room for the longest that lists may become.
-Index list_room(const std::vector<std::vector<Index>>& lists, Index room) {
+/// Capacity for the longest that lists may become.
+Index list_capacity(const std::vector<std::vector<Index>>& lists, Index capacity) {
   Index sum = 0;
   for (const auto& list : lists) sum += size_of(list);
-  return room > 0 ? sum + room : 0;
+  return capacity > 0 ? sum + capacity : 0;
 }
 
 IndexListsView view(const IndexLists& lists) { return {lists.ranges(), lists.values()}; }
@@ -29,11 +29,11 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
     : settings_(checked(settings)), touch_others_(touch_others) {
   auto made = std::make_unique<PairModel>();
   PairModel& all = *made;
-  Index room = 0;  // cubes that may come
+  Index capacity = 0;  // cubes that may come
   for (const PairedBody& body : bodies) {
     first_point_.push_back(size_of(all.points));
     all.add(body);
-    if (body.cuttable) room += body.lattice.cube_count();
+    if (body.cuttable) capacity += body.lattice.cube_count();
   }
   first_point_.push_back(size_of(all.points));
   smallest_mass_kg_ = all.smallest_mass_kg;
@@ -48,11 +48,11 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   part_ = to_device(ctx, all.part);
   rows_ = to_device(ctx, all.rows);
   // A cube has eight nodes; points that come are as many per cube at most, of eight nodes each.
-  patch_nodes_ = IndexLists(ctx, all.patch_nodes, list_room(all.patch_nodes, 16 * room));
-  patch_cubes_ = IndexLists(ctx, all.patch_cubes, list_room(all.patch_cubes, room));
-  incident_points_ =
-      IndexLists(ctx, all.row_points, list_room(all.row_points, room > 0 ? 8 * size_of(all.points) : 0));
-  incident_cubes_ = IndexLists(ctx, all.row_cubes, list_room(all.row_cubes, 8 * room));
+  patch_nodes_ = IndexLists(ctx, all.patch_nodes, list_capacity(all.patch_nodes, 16 * capacity));
+  patch_cubes_ = IndexLists(ctx, all.patch_cubes, list_capacity(all.patch_cubes, capacity));
+  incident_points_ = IndexLists(ctx, all.row_points,
+                                list_capacity(all.row_points, capacity > 0 ? 8 * size_of(all.points) : 0));
+  incident_cubes_ = IndexLists(ctx, all.row_cubes, list_capacity(all.row_cubes, 8 * capacity));
   contact_ = to_device(ctx, std::vector<PairContact>(all.points.size()));
   const auto zeros = [&](std::size_t n) { return to_device(ctx, std::vector<std::uint32_t>(n)); };
   group_active_ = zeros(all.groups.size());
@@ -63,18 +63,18 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   patch_box_ = Buffer<PatchBox>(ctx.device(), size_of(all.patches));
   body_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
   wake_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
-  cube_bounds_ = Buffer<float>(ctx.device(), CubeBoxes::size(patch_cubes_.room()));
-  cube_places_ = Buffer<CubePlace>(ctx.device(), patch_cubes_.room());
+  cube_bounds_ = Buffer<float>(ctx.device(), CubeBoxes::size(patch_cubes_.capacity()));
+  cube_places_ = Buffer<CubePlace>(ctx.device(), patch_cubes_.capacity());
   patch_way_ = Buffer<float>(ctx.device(), size_of(all.patches));
-  last_x_ = to_device(ctx, std::vector<Vec3f>(at(patch_nodes_.room())));
+  last_x_ = to_device(ctx, std::vector<Vec3f>(at(patch_nodes_.capacity())));
   self_motion_ = to_device(ctx, std::vector<SelfMotion>(bodies.size()));
   group_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.groups.size()));
   point_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.points.size()));
   recorded_ = Buffer<Index>(ctx.device(), size_of(all.points));
   records_ = Buffer<ContactRecord>(ctx.device(), size_of(all.points));
-  totals_ = to_device(ctx, std::vector<OwnerTotals>(bodies.size() * bodies.size()));
+  totals_ = to_device(ctx, std::vector<ColliderTotals>(bodies.size() * bodies.size()));
   moved_on_ = to_device(ctx, std::vector<ReactionSums>(bodies.size() * bodies.size()));
-  if (room > 0) {
+  if (capacity > 0) {
     all.samples = {};
     model_ = std::move(made);
     staged_places_ = Buffer<Index>(ctx.device(), size_of(all.cubes));
@@ -230,12 +230,12 @@ void BodyPairs::end_frame(ExecContext& ctx) {
   }
 }
 
-std::vector<PairReaction> pair_reactions(std::span<const OwnerTotals> totals, Index bodies,
+std::vector<PairReaction> pair_reactions(std::span<const ColliderTotals> totals, Index bodies,
                                          float dt_frame_s) {
   std::vector<PairReaction> all;
   for (Index a = 0; a < bodies; ++a) {
     for (Index b = 0; b < bodies; ++b) {
-      const OwnerTotals &there = totals[at(a * bodies + b)], &back = totals[at(b * bodies + a)];
+      const ColliderTotals &there = totals[at(a * bodies + b)], &back = totals[at(b * bodies + a)];
       if (there.contacts + back.contacts == 0) continue;
       const Vec3f impulse = there.impulse_N_s() - back.impulse_N_s(),
                   moment = there.moment_N_m_s() - back.moment_N_m_s();

@@ -12,7 +12,7 @@ namespace tactus {
 /// Force and impulse of a body on another over one frame.
 struct PairReaction {
   Index body = 0, other = 0;  ///< the same two: a body that touches itself
-  OwnerReaction reaction;     ///< on `other`
+  ColliderReaction reaction;  ///< on `other`
 };
 
 /// Owns the contact state of all bodies that touch one another, on one device.
@@ -33,7 +33,8 @@ class BodyPairs {
             bool touch_others = true);
 
   /// Takes a cut of a cuttable body over, between frames; masses of its nodes have changed. Synchronizes.
-  /// @throws Error for a body that is not cuttable, an id that is out of range, or where there is no room.
+  /// @throws Error for a body that is not cuttable, an id that is out of range, or where there is no
+  /// capacity.
   void apply(ExecContext& ctx, Index body, const SolidChange& change);
 
   void begin_frame(ExecContext& ctx);
@@ -44,7 +45,7 @@ class BodyPairs {
   void archive(ExecContext& ctx, StateArchive& a);
   Index body_count() const { return bodies_.size(); }
   /// (bodies²) Sums of the frame that ended: at a bodies + b, the effect of points of a on b.
-  View<const OwnerTotals> totals() const { return totals_.const_view(); }
+  View<const ColliderTotals> totals() const { return totals_.const_view(); }
 
  private:
   void archive_last_nodes(ExecContext& ctx, StateArchive& a);
@@ -77,7 +78,7 @@ class BodyPairs {
   Buffer<std::uint32_t> group_active_, row_weight_, cube_list_, next_, used_;
   Buffer<PairContact> contact_;
   Buffer<ContactRecord> records_;
-  Buffer<OwnerTotals> totals_;
+  Buffer<ColliderTotals> totals_;
   Buffer<ReactionSums> moved_on_;
   Buffer<Index> staged_places_;
   Buffer<SolidCube> staged_cubes_;
@@ -87,6 +88,7 @@ class BodyPairs {
 
 /// Reactions of each pair of bodies that touched, both ways; the second is the first with the other sign.
 /// @param totals BodyPairs::totals(), on the host
-std::vector<PairReaction> pair_reactions(std::span<const OwnerTotals> totals, Index bodies, float dt_frame_s);
+std::vector<PairReaction> pair_reactions(std::span<const ColliderTotals> totals, Index bodies,
+                                         float dt_frame_s);
 
 }  // namespace tactus

@@ -33,8 +33,11 @@ std::vector<Index> nodes_of(std::span<const EmbeddedPoint> points) {
 
 BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
                        float lattice_spacing_m, Index first_part, std::span<const NodeShare> share,
-                       Index room)
-    : lattice_spacing_m_(lattice_spacing_m), node_count_(node_count), first_count_(first_part), room_(room) {
+                       Index capacity)
+    : lattice_spacing_m_(lattice_spacing_m),
+      node_count_(node_count),
+      first_count_(first_part),
+      capacity_(capacity) {
   for (std::size_t p = 0; p < points.size(); ++p)
     for (const Index node : points[p].node) check_node(static_cast<Index>(p), node, node_count);
   make_rows(ctx, points, share);
@@ -51,11 +54,11 @@ BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, 
   contact_ = Buffer<PointContact>(ctx.device(), n);
   records_ = Buffer<ContactRecord>(ctx.device(), n);
   node_weight_ = Buffer<std::uint32_t>(ctx.device(), nodes_.size());
-  totals_ = Buffer<OwnerTotals>(ctx.device(), kOwners);
-  moved_on_ = Buffer<ReactionSums>(ctx.device(), kOwners);
-  owner_used_ = Buffer<std::uint32_t>(ctx.device(), kOwners);
+  totals_ = Buffer<ColliderTotals>(ctx.device(), kColliders);
+  moved_on_ = Buffer<ReactionSums>(ctx.device(), kColliders);
+  collider_used_ = Buffer<std::uint32_t>(ctx.device(), kColliders);
   make_blocks(ctx, points);
-  if (room > 0) {
+  if (capacity > 0) {
     host_points_.assign(points.begin(), points.end());
     changes_ = Buffer<SetPoints::Change>(ctx.device(), n);
     sides_ = Buffer<WallSide>(ctx.device(), n);
@@ -77,7 +80,8 @@ void BodyPoints::make_rows(ExecContext& ctx, std::span<const EmbeddedPoint> poin
   row_of_.assign(at(node_count_), 0);
   const auto add_rows = [&](NodeShare wanted) {
     for (Index i = 0; i < node_count_; ++i) {
-      if ((room_ == 0 && of_node[at(i)].empty()) || (share.empty() ? NodeShare::own : share[at(i)]) != wanted)
+      if ((capacity_ == 0 && of_node[at(i)].empty()) ||
+          (share.empty() ? NodeShare::own : share[at(i)]) != wanted)
         continue;
       row_of_[at(i)] = static_cast<Index>(nodes.size());
       nodes.push_back(i);
@@ -92,7 +96,7 @@ void BodyPoints::make_rows(ExecContext& ctx, std::span<const EmbeddedPoint> poin
     for (const Index node : point.node) rows.push_back(row_of_[at(node)]);
   nodes_ = to_device(ctx, nodes);
   rows_ = to_device(ctx, rows);
-  incident_ = IndexLists(ctx, lists, room_ > 0 ? 8 * static_cast<Index>(points.size()) : 0);
+  incident_ = IndexLists(ctx, lists, capacity_ > 0 ? 8 * static_cast<Index>(points.size()) : 0);
 }
 
 void BodyPoints::make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> points) {
@@ -101,17 +105,17 @@ void BodyPoints::make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> po
   for (Index p = 0; p < n;) {
     if (p == first_count_) first_blocks_ = static_cast<Index>(host_blocks_.size());
     const Index part_end = p < first_count_ ? first_count_ : n, end = std::min(p + kBlockPoints, part_end),
-                used = p < first_count_ ? std::clamp(first_count_ - room_, p, end) : end;
+                used = p < first_count_ ? std::clamp(first_count_ - capacity_, p, end) : end;
     host_blocks_.push_back({p, used});
     lists.push_back(nodes_of(points.subspan(at(p), at(used - p))));
     p = end;
   }
   if (first_count_ == n) first_blocks_ = static_cast<Index>(host_blocks_.size());
   blocks_ = to_device(ctx, host_blocks_);
-  block_nodes_ = IndexLists(ctx, lists, room_ > 0 ? 8 * n : 0);
+  block_nodes_ = IndexLists(ctx, lists, capacity_ > 0 ? 8 * n : 0);
   block_pose_ = Buffer<Index>(ctx.device(), blocks_.size());
   sleep_m_ = Buffer<float>(ctx.device(), n);
-  block_x_m_ = Buffer<Vec3f>(ctx.device(), block_nodes_.room());
+  block_x_m_ = Buffer<Vec3f>(ctx.device(), block_nodes_.capacity());
 }
 
 void BodyPoints::apply(ExecContext& ctx, std::span<const PointChange> changes) {
@@ -140,14 +144,14 @@ void BodyPoints::apply(ExecContext& ctx, std::span<const PointChange> changes) {
 }
 
 void BodyPoints::check(std::span<const PointChange> changes) const {
-  Index next = first_count_ - room_;
+  Index next = first_count_ - capacity_;
   for (const PointChange& change : changes) {
     for (const Index node : change.to.node) check_node(change.point, node, node_count_);
     const bool is_known = change.point >= 0 && change.point < static_cast<Index>(host_points_.size()) &&
                           (change.point < next || change.point >= first_count_);
     if (!is_known && (change.point != next || next >= first_count_))
       throw Error("contact: point " + std::to_string(change.point) + " is not there, and not the next of " +
-                  std::to_string(first_count_) + " that there is room for");
+                  std::to_string(first_count_) + " that there is capacity for");
     next += is_known ? 0 : 1;
   }
 }
@@ -183,7 +187,7 @@ void BodyPoints::change_blocks(std::span<const PointChange> changes) {
     IndexRange& points = host_blocks_[at(block)];
     if (change.point < points.end) continue;
     points.end = change.point + 1;
-    --room_;
+    --capacity_;
   }
   for (const Index block : blocks) {
     const IndexRange points = host_blocks_[at(block)];
@@ -204,7 +208,7 @@ void BodyPoints::reset(ExecContext& ctx) {
   ctx.fill_bytes(recorded_.view(), 0);
   ctx.fill_bytes(node_weight_.view(), 0);
   ctx.fill_bytes(moved_on_.view(), 0);
-  ctx.fill_bytes(owner_used_.view(), 0);
+  ctx.fill_bytes(collider_used_.view(), 0);
   ctx.fill_bytes(awake_count_.view(), 0);
   ctx.fill_bytes(totals_.view(), 0);
 }
@@ -215,7 +219,7 @@ void BodyPoints::archive(ExecContext& ctx, StateArchive& a) {
   a.values("touching points", touching);
   a.values("contacts", contact);
   for (std::size_t p = 0; p < touching.size(); ++p)
-    a.check(touching[p] == 0 || (contact[p].owner >= 0 && contact[p].owner < kOwners), "contacts");
+    a.check(touching[p] == 0 || (contact[p].collider >= 0 && contact[p].collider < kColliders), "contacts");
   a.buffer(ctx, "weights of nodes", node_weight_);
   if (!a.reads()) return;
   ctx.upload(touching, touching_.view());
@@ -224,9 +228,9 @@ void BodyPoints::archive(ExecContext& ctx, StateArchive& a) {
 }
 
 void BodyPoints::end_frame(ExecContext& ctx) {
-  ctx.parallel_for("contact/totals", kOwners,
+  ctx.parallel_for("contact/totals", kColliders,
                    SumRecords{recorded_.const_view(), records_.const_view(), moved_on_.view(),
-                              owner_used_.view(), totals_.view()});
+                              collider_used_.view(), totals_.view()});
 }
 
 PointTable BodyPoints::table() const {
@@ -235,9 +239,10 @@ PointTable BodyPoints::table() const {
 }
 
 PointState BodyPoints::state() {
-  return {touching_.view(),   contact_.view(),    node_weight_.view(), searched_.view(),
-          neighbours_.view(), near_.view(),       recorded_.view(),    records_.view(),
-          moved_on_.view(),   owner_used_.view(), mass_kg_.view(),     {awake_.view(), awake_count_.view()}};
+  return {touching_.view(),      contact_.view(),    node_weight_.view(),
+          searched_.view(),      neighbours_.view(), near_.view(),
+          recorded_.view(),      records_.view(),    moved_on_.view(),
+          collider_used_.view(), mass_kg_.view(),    {awake_.view(), awake_count_.view()}};
 }
 
 PointBlocks BodyPoints::blocks() {

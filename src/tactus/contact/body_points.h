@@ -17,8 +17,8 @@
 namespace tactus {
 
 inline constexpr Index kMaxObstacles = 16;
-/// Owners of the surfaces that bodies touch: the pieces of the real surface, then the obstacles.
-inline constexpr Index kOwners = kPieces + kMaxObstacles;
+/// Colliders of the surfaces that bodies touch: the components of the real surface, then the obstacles.
+inline constexpr Index kColliders = kComponents + kMaxObstacles;
 
 /// Where a body's nodes are, on the device; one entry per node.
 struct ContactNodes {
@@ -53,26 +53,26 @@ struct ContactNodes {
 
 /// Correction that a touching point wants: as if it were alone, with a mass of its own.
 struct PointContact {
-  Vec3f x_m;         ///< where it will be then
-  Vec3f push_m;      ///< change of its position
-  Vec3f kick_m_s;    ///< change of its velocity
-  float depth_m;     ///< how far it was inside
-  Index owner = -1;  ///< of the surface that it touches
-  Vec3f n;           ///< normal there, world: the side it is on, kept for the next correction
-  Vec3f anchor_m;    ///< where friction holds it; moves along with the owner
-  float left_m = 0;  ///< how deep it stays for now: the wall of a cut that is being parted
+  Vec3f x_m;                      ///< where it will be then
+  Vec3f position_correction_m;    ///< change of its position
+  Vec3f velocity_correction_m_s;  ///< change of its velocity
+  float depth_m;                  ///< how far it was inside
+  Index collider = -1;            ///< of the surface that it touches
+  Vec3f n;                        ///< normal there, world: the side it is on, kept for the next correction
+  Vec3f anchor_m;                 ///< where friction holds it; moves along with the collider
+  float left_m = 0;               ///< how deep it stays for now: the wall of a cut that is being parted
   FrictionMemory friction = {};
-  Index label = -1;  ///< of a piece of the real surface: pieces are numbered anew in each frame
+  Index label = -1;  ///< of a component of the real surface: components are numbered anew in each frame
 };
 
-/// Effect of one point, or of all, on an owner since the frame began.
+/// Effect of one point, or of all, on an collider since the frame began.
 struct ContactRecord {
-  Vec3f impulse_N_s;      ///< on the owner
+  Vec3f impulse_N_s;      ///< on the collider
   Vec3f moment_N_m_s;     ///< of that impulse about SurfacePoses::reference_m
   float max_depth_m = 0;  ///< deepest point
   Index contacts = 0;     ///< corrections in which a point was in contact
   Index pushed_out = 0;   ///< points that were deeper than 2 spacings
-  Index owner = -1;
+  Index collider = -1;
   TACTUS_HD void add(const ContactRecord& r) {
     impulse_N_s += r.impulse_N_s;
     moment_N_m_s += r.moment_N_m_s;
@@ -118,14 +118,15 @@ struct ReactionSums {
   }
 };
 
-/// Effect of all points of a device on an owner over a frame. Totals of several devices add up in any order.
-struct OwnerTotals {
+/// Effect of all points of a device on an collider over a frame. Totals of several devices add up in any
+/// order.
+struct ColliderTotals {
   ReactionSums sums;
   float max_depth_m;
-  Index contacts, pushed_out, owner;
+  Index contacts, pushed_out, collider;
   Vec3f impulse_N_s() const { return ReactionSums::value(sums.impulse); }
   Vec3f moment_N_m_s() const { return ReactionSums::value(sums.moment); }
-  TACTUS_HD void add(const OwnerTotals& t) {
+  TACTUS_HD void add(const ColliderTotals& t) {
     sums.add(t.sums);
     max_depth_m = max(max_depth_m, t.max_depth_m);
     contacts += t.contacts;
@@ -153,7 +154,7 @@ struct PointTable {
 /// Treatment of a node by contact, on a device that has a part of a body.
 enum class NodeShare : std::uint8_t {
   own,      ///< moves it; the reactions of its points are recorded here
-  copy,     ///< moves it, as its owner does: all points at this node, and all at theirs, are here
+  copy,     ///< moves it, as its collider does: all points at this node, and all at theirs, are here
   outside,  ///< lets it be: it is there for its points
 };
 
@@ -176,12 +177,12 @@ inline constexpr Index kNearTriangles = 128;
 
 /// Results of the last search round a point.
 struct PointNeighbours {
-  Vec3f x_m;             ///< where it was then
-  float free_m;          ///< nothing but listed triangles is nearer than that
-  float listed_m;        ///< of `owners`, all triangles within that are listed; < 0: the point sleeps
-  std::uint32_t owners;  ///< bit k: owner k is near
-  Index count;           ///< of triangles
-  float moved_m;         ///< since then, when it was awake last
+  Vec3f x_m;                ///< where it was then
+  float free_m;             ///< nothing but listed triangles is nearer than that
+  float listed_m;           ///< of `colliders`, all triangles within that are listed; < 0: the point sleeps
+  std::uint32_t colliders;  ///< bit k: collider k is near
+  Index count;              ///< of triangles
+  float moved_m;            ///< since then, when it was awake last
 };
 
 /// Points in any order: the result of one doesn't depend on the others. Empty between corrections.
@@ -201,11 +202,11 @@ struct PointState {
   View<std::uint32_t> node_weight;  ///< per row: sum of the weights of touching points
   View<Index> searched;             ///< per point: the pose of the surface at its last search; < 0: none
   View<PointNeighbours> neighbours;
-  View<std::uint32_t> near;        ///< kNearTriangles per point: NearTriangle
-  View<Index> recorded;            ///< per point: corrections of this frame that are in its record
-  View<ContactRecord> records;     ///< per point
-  View<ReactionSums> moved_on;     ///< (kOwners) of points that went on to another owner
-  View<std::uint32_t> owner_used;  ///< (kOwners) != 0: it has records
+  View<std::uint32_t> near;           ///< kNearTriangles per point: NearTriangle
+  View<Index> recorded;               ///< per point: corrections of this frame that are in its record
+  View<ContactRecord> records;        ///< per point
+  View<ReactionSums> moved_on;        ///< (kColliders) of points that went on to another collider
+  View<std::uint32_t> collider_used;  ///< (kColliders) != 0: it has records
   View<float> mass_kg;  ///< per point that touches: effective mass of its impulse, with those of all others
   PointList awake;      ///< points i that may touch something; ~i: its list of triangles is of no use
 };
@@ -275,13 +276,13 @@ class BodyPoints {
   /// Synchronizes. @throws Error when a point names a node that is not there.
   /// @param first_part so many of the first points may be corrected without the others
   /// @param share per node; empty: all are own. A point is recorded where its node[0] is own
-  /// @param room so many of the first part's last points are places for points that apply() adds; nothing
+  /// @param capacity so many of the first part's last points are places for points that apply() adds; nothing
   /// moves them
   BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, Index node_count,
              float lattice_spacing_m, Index first_part = 0, std::span<const NodeShare> share = {},
-             Index room = 0);
-  /// Between frames, where there is room. New points take the places that are next. Points that touch go on
-  /// touching. Synchronizes. @throws Error for a point or node that is not there.
+             Index capacity = 0);
+  /// Between frames, where there is capacity. New points take the places that are next. Points that touch go
+  /// on touching. Synchronizes. @throws Error for a point or node that is not there.
   void apply(ExecContext& ctx, std::span<const PointChange> changes);
 
   Index count() const { return points_.size(); }
@@ -294,8 +295,8 @@ class BodyPoints {
   Index first_count() const { return first_count_; }
   Index first_blocks() const { return first_blocks_; }
   Index block_count() const { return block_pose_.size(); }
-  /// (kOwners) Sums of the frame that ended.
-  View<const OwnerTotals> totals() const { return totals_.const_view(); }
+  /// (kColliders) Sums of the frame that ended.
+  View<const ColliderTotals> totals() const { return totals_.const_view(); }
   void begin_frame(ExecContext& ctx);
   void end_frame(ExecContext& ctx);
   View<const Index> touching() const { return touching_.const_view(); }
@@ -313,8 +314,8 @@ class BodyPoints {
 
   float lattice_spacing_m_ = 0;
   Index node_count_ = 0, first_count_ = 0, first_blocks_ = 0, own_rows_ = 0, moved_rows_ = 0;
-  Index room_ = 0;                          ///< points that may still come
-  std::vector<EmbeddedPoint> host_points_;  ///< where there is room
+  Index capacity_ = 0;                      ///< points that may still come
+  std::vector<EmbeddedPoint> host_points_;  ///< where there is capacity
   std::vector<Index> row_of_;               ///< per node
   std::vector<IndexRange> host_blocks_;
   Buffer<EmbeddedPoint> points_;
@@ -328,9 +329,9 @@ class BodyPoints {
   Buffer<PointNeighbours> neighbours_;
   Buffer<std::uint32_t> near_;
   Buffer<PointContact> contact_;
-  Buffer<std::uint32_t> node_weight_, owner_used_;
+  Buffer<std::uint32_t> node_weight_, collider_used_;
   Buffer<ContactRecord> records_;
-  Buffer<OwnerTotals> totals_;
+  Buffer<ColliderTotals> totals_;
   Buffer<ReactionSums> moved_on_;
 };
 

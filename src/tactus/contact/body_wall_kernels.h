@@ -13,7 +13,7 @@ namespace tactus {
 /// Where a vertex is.
 struct PosedVertex {
   Vec3f x_m, v_m_s;
-  float give_1_kg = 0;
+  float inverse_mass_1_kg = 0;
 };
 
 /// [N s], as integers of 2^-48.
@@ -94,13 +94,13 @@ struct PushVertices {
   View<const WallHit> hits;  ///< kWallSides of each
   View<const Vec3i> triangles;
   NearWalls near_walls;
-  Index owner;
+  Index collider;
   View<VertexImpulse> impulse;
   TACTUS_HD void operator()(Index i) const {
     if (hits[kWallSides * i].triangle < 0) return;
     for (Index k = 0; k < near_walls.count[i]; ++k) {
       const NearWall& wall = near_walls.at(i, k);
-      if (wall.owner != owner) continue;
+      if (wall.collider != collider) continue;
       const WallHit& hit = hits[kWallSides * i + wall.side];
       const Vec3i v = triangles[hit.triangle];
       for (int a = 0; a < 3; ++a) {

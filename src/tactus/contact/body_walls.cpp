@@ -7,69 +7,69 @@
 namespace tactus {
 namespace {
 
-/// The surface in short edges, with at least the room that it needs itself.
+/// The surface in short edges, with at least the capacity that it needs itself.
 WallMesh mesh_of(const WallSurface& surface, float longest_m) {
-  Index vertices = surface.room.vertices, triangles = surface.room.surface;
+  Index vertices = surface.capacity.vertices, triangles = surface.capacity.surface;
   for (const WallChange::Vertex& v : surface.all.vertices) vertices = std::max(vertices, v.vertex + 1);
   for (const WallChange::Triangle& t : surface.all.triangles) triangles = std::max(triangles, t.triangle + 1);
   constexpr Index kAny = 1 << 30;
   WallMesh whole(longest_m, {vertices, kAny, kAny, triangles});
   whole.apply(surface.all);
   WallMesh mesh(longest_m,
-                {vertices, static_cast<Index>(whole.added().size()) + surface.room.added,
-                 static_cast<Index>(whole.triangles().size()) + surface.room.triangles, triangles});
+                {vertices, static_cast<Index>(whole.added().size()) + surface.capacity.added,
+                 static_cast<Index>(whole.triangles().size()) + surface.capacity.triangles, triangles});
   mesh.apply(surface.all);
   return mesh;
 }
 
-/// Lists of the parts of all triangles of the surface that there is room for.
+/// Lists of the parts of all triangles of the surface that there is capacity for.
 IndexLists lists_of(ExecContext& ctx, const WallMesh& mesh, std::vector<Index> WallMesh::Parts::*which,
-                    Index room) {
-  std::vector<std::vector<Index>> lists(static_cast<std::size_t>(mesh.room().surface));
+                    Index capacity) {
+  std::vector<std::vector<Index>> lists(static_cast<std::size_t>(mesh.capacity().surface));
   for (std::size_t t = 0; t < mesh.parts().size(); ++t) lists[t] = mesh.parts()[t].*which;
-  return {ctx, lists, room};
+  return {ctx, lists, capacity};
 }
 
 }  // namespace
 
 BodyWalls::Part::Part(ExecContext& ctx, const WallMesh& mesh, const WallGrid& grid, Index nodes,
                       float search_reach_m, Index max_particles)
-    : search(ctx.device(), {.max_particles = mesh.room().triangles, .reach_m = search_reach_m}),
+    : search(ctx.device(), {.max_particles = mesh.capacity().triangles, .reach_m = search_reach_m}),
       counts(ctx.device(), 3),
-      surface(ctx.device(), mesh.room().surface),
-      triangles(ctx.device(), mesh.room().triangles),
-      added(ctx.device(), mesh.room().added),
-      added_of(lists_of(ctx, mesh, &WallMesh::Parts::added, mesh.room().added)),
-      pieces_of(lists_of(ctx, mesh, &WallMesh::Parts::triangles, mesh.room().triangles)),
-      posed(ctx.device(), mesh.room().vertices + mesh.room().added),
+      surface(ctx.device(), mesh.capacity().surface),
+      triangles(ctx.device(), mesh.capacity().triangles),
+      added(ctx.device(), mesh.capacity().added),
+      added_of(lists_of(ctx, mesh, &WallMesh::Parts::added, mesh.capacity().added)),
+      pieces_of(lists_of(ctx, mesh, &WallMesh::Parts::triangles, mesh.capacity().triangles)),
+      posed(ctx.device(), mesh.capacity().vertices + mesh.capacity().added),
       impulse(ctx.device(), posed.size()),
-      active(ctx, grid, mesh.room(), nodes),
+      active(ctx, grid, mesh.capacity(), nodes),
       marks(ctx.device(), grid.words() + WallRefresh::kCounts),
       near(ctx.device(), grid.words()),
       near_counts(ctx.device(), NearCounts::kSize),
-      listed(ctx.device(), mesh.room().surface),
-      number(ctx.device(), mesh.room().triangles),
-      corners(ctx.device(), mesh.room().triangles),
-      middle_m(ctx.device(), mesh.room().triangles),
-      radius_m(ctx.device(), mesh.room().triangles),
-      normals(ctx.device(), mesh.room().triangles),
+      listed(ctx.device(), mesh.capacity().surface),
+      number(ctx.device(), mesh.capacity().triangles),
+      corners(ctx.device(), mesh.capacity().triangles),
+      middle_m(ctx.device(), mesh.capacity().triangles),
+      radius_m(ctx.device(), mesh.capacity().triangles),
+      normals(ctx.device(), mesh.capacity().triangles),
       near_particles(ctx.device(), max_particles),
       hits(ctx.device(), std::int64_t{kWallSides} * max_particles) {
   ctx.fill_bytes(impulse.view(), 0);
   ctx.fill_bytes(near_counts.view(), 0);
 }
 
-BodyWalls::BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index owner,
+BodyWalls::BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index collider,
                      float particle_spacing_m, Index max_particles)
     : devices_(devices),
       barrier_(devices, parts),
       nodes_(surface.nodes),
-      owner_(owner),
+      collider_(collider),
       reach_m_(1.5F * particle_spacing_m),
       crowd_(std::max(1.F, sqr(surface.lattice_spacing_m / particle_spacing_m))),
       grid_(WallGrid::over(surface.box_m, 1.01F * reach_m_)),
       mesh_(mesh_of(surface, kLongestEdge * particle_spacing_m)),
-      points_(devices.device(0), mesh_.room().vertices),
+      points_(devices.device(0), mesh_.capacity().vertices),
       node_impulse_(devices.device(0), surface.nodes.size()) {
   // No point of a triangle is farther from its middle than 2/3 of its longest edge; twice that when
   // stretched.
@@ -107,7 +107,7 @@ void BodyWalls::apply(const WallChange& change) {
   if (change.vertices.empty() && change.triangles.empty()) return;
   mesh_.apply(change);
   for (const WallChange::Triangle& t : change.triangles) {
-    if (t.triangle >= mesh_.room().surface) continue;
+    if (t.triangle >= mesh_.capacity().surface) continue;
     const WallMesh::Parts& now = mesh_.parts()[at(t.triangle)];
     for (Part& part : parts_) {
       part.added_of.set(t.triangle, now.added);
@@ -201,7 +201,7 @@ void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const Nea
                                        here.near_counts.view().part(NearCounts::kChosenParticles, 1),
                                        here.near_particles.view()});
   ctx.parallel_for("body walls/find", here.chosen_particles(),
-                   FindBodyWalls{all, here.near_surface(), owner_, reach_m_, near, here.hits.view(),
+                   FindBodyWalls{all, here.near_surface(), collider_, reach_m_, near, here.hits.view(),
                                  here.near_particles.const_view()});
 }
 
@@ -209,7 +209,7 @@ void BodyWalls::find_walls(int part, const NeighbourSearch& particles, const Nea
                            View<WallHit> hits) {
   devices_.context(part).parallel_for(
       "body walls/find", particles.placed(),
-      FindBodyWalls{particles.cells().particles, parts_[at(part)].near_surface(), owner_, reach_m_, near,
+      FindBodyWalls{particles.cells().particles, parts_[at(part)].near_surface(), collider_, reach_m_, near,
                     hits});
 }
 
@@ -217,7 +217,7 @@ void BodyWalls::push(int part, const NeighbourSearch& particles, const NearWalls
   Part& here = parts_[at(part)];
   devices_.context(part).parallel_for(
       "body walls/push", particles.placed(),
-      PushVertices{here.hits.const_view(), here.corners.const_view(), near, owner_, here.impulse.view()});
+      PushVertices{here.hits.const_view(), here.corners.const_view(), near, collider_, here.impulse.view()});
 }
 
 void BodyWalls::end_push() {

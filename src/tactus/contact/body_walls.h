@@ -11,8 +11,8 @@ namespace tactus {
 
 /// A body's surface, for BodyWalls.
 struct WallSurface {
-  WallChange all;            ///< triangles are counter-clockwise from outside
-  WallMesh::Room room = {};  ///< where a cut may add some; no less than the surface needs is taken
+  WallChange all;                    ///< triangles are counter-clockwise from outside
+  WallMesh::Capacity capacity = {};  ///< where a cut may add some; no less than the surface needs is taken
   float lattice_spacing_m = 0;
   Box3f box_m;         ///< where the liquid is
   ContactNodes nodes;  ///< the views stay valid
@@ -30,10 +30,10 @@ class BodyWalls {
  public:
   /// Edges of triangles at rest are no longer than that, in spacings of the particles.
   static constexpr float kLongestEdge = 4;
-  /// @param parts of the liquid, on the first devices @param owner of its walls
+  /// @param parts of the liquid, on the first devices @param collider of its walls
   /// @param particle_spacing_m d of the liquid @param max_particles of each part. Synchronizes.
-  BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index owner, float particle_spacing_m,
-            Index max_particles);
+  BodyWalls(DeviceSet& devices, int parts, const WallSurface& surface, Index collider,
+            float particle_spacing_m, Index max_particles);
 
   using Particles = std::function<const NeighbourSearch&(int part)>;
   /// Where the surface is now, near these particles. Before find_walls of them.
@@ -47,15 +47,15 @@ class BodyWalls {
 
   /// Takes a cut over, between frames. Synchronizes.
   void apply(const WallChange& change);
-  /// There was no room for a piece of the surface: the liquid doesn't feel it.
+  /// There was no capacity for a piece of the surface: the liquid doesn't feel it.
   bool is_full() const { return mesh_.is_full(); }
 
  private:
-  /// On one device. Vertices that halving added are behind the room for the others.
+  /// On one device. Vertices that halving added are behind the capacity for the others.
   struct Part {
     Part(ExecContext& ctx, const WallMesh& mesh, const WallGrid& grid, Index nodes, float search_reach_m,
          Index max_particles);
-    Count vertices(Index room) const { return {counts.const_view().part(0, 1), room}; }
+    Count vertices(Index capacity) const { return {counts.const_view().part(0, 1), capacity}; }
     Count all_added() const { return {counts.const_view().part(1, 1), added.size()}; }
     Count listed_ones() const { return {counted(NearCounts::kListedTriangles), listed.size()}; }
     Count pieces() const { return {counted(NearCounts::kListedPieces), number.size()}; }
@@ -102,7 +102,7 @@ class BodyWalls {
   DeviceSet& devices_;
   DeviceBarrier barrier_;
   ContactNodes nodes_;
-  Index owner_;
+  Index collider_;
   float reach_m_, crowd_;
   WallGrid grid_;
   WallMesh mesh_;

@@ -26,7 +26,8 @@ void check(const BodyPoints& points, const ContactNodes& nodes) {
 
 TouchingPoints touching_points(const RealSurface& surface, BodyPoints& points, const ContactNodes& nodes) {
   const float reach_m = 2 * surface.settings().sample_spacing_m;
-  // A point's leader is at most sqrt(3)/2 spacings away at rest: room to be stretched to twice that.
+  // A point's reference_node is at most sqrt(3)/2 spacings away at rest: capacity to be stretched to twice
+  // that.
   return {nodes, points.table(), points.state(), reach_m, 2 * points.lattice_spacing_m() + reach_m};
 }
 
@@ -66,7 +67,7 @@ void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const Co
                 std::to_string(kMostSubsteps));
   }
   ctx.parallel_for("contact/pose", times.frame.empty() ? Count(times.substeps) : substep_count(times.frame),
-                   PoseSurface{surface.motions(), surface.pieces(), times, poses_.view(), tools});
+                   PoseSurface{surface.motions(), surface.components(), times, poses_.view(), tools});
   if (settings_.response != ContactResponse::paper) return;
   const SamplesView samples = surface.samples();
   if (sample_m3_.empty()) sample_m3_ = Buffer<float>(ctx.device(), samples.x_m.size());
@@ -125,15 +126,15 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
 }
 
 void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
-                         View<const SearchParticle> particles, Count count, float reach_m, Index first_owner,
-                         Index k, const NearWalls& near) const {
+                         View<const SearchParticle> particles, Count count, float reach_m,
+                         Index first_collider, Index k, const NearWalls& near) const {
   ctx.parallel_for(
       "contact/walls", count,
       FindNearWalls{particles,
                     {surface.triangles(), surface.coarse_samples(), poses_.const_view(), obstacles},
                     SubstepsTo{k, times_.dt_s, times_.frame},
                     reach_m,
-                    first_owner,
+                    first_collider,
                     near});
 }
 
@@ -145,18 +146,18 @@ void ContactReport::add(const ContactReport& body) {
   pushed_out += body.pushed_out;
 }
 
-ContactReport contact_report(std::span<const OwnerTotals> totals, float dt_frame_s, int substeps) {
+ContactReport contact_report(std::span<const ColliderTotals> totals, float dt_frame_s, int substeps) {
   ContactReport report;
   Index contacts = 0;
-  for (const OwnerTotals& total : totals) {
+  for (const ColliderTotals& total : totals) {
     if (total.contacts + total.pushed_out == 0) continue;
     const Vec3f impulse_N_s = total.impulse_N_s(), moment_N_m_s = total.moment_N_m_s();
-    report.owners.push_back({total.owner, impulse_N_s / dt_frame_s, moment_N_m_s / dt_frame_s, impulse_N_s,
-                             total.max_depth_m, total.contacts});
+    report.colliders.push_back({total.collider, impulse_N_s / dt_frame_s, moment_N_m_s / dt_frame_s,
+                                impulse_N_s, total.max_depth_m, total.contacts});
     contacts += total.contacts;
     report.pushed_out += total.pushed_out;
     report.max_depth_m = max(report.max_depth_m, total.max_depth_m);
-    if (total.owner >= kPieces) continue;  // an obstacle is not real
+    if (total.collider >= kComponents) continue;  // an obstacle is not real
     report.force_N += impulse_N_s / dt_frame_s;
     report.torque_N_m += moment_N_m_s / dt_frame_s;
   }

@@ -27,10 +27,11 @@ struct ContactSettings {
 /// @throws Error naming the setting that is out of range.
 ContactSettings checked(const ContactSettings& settings);
 
-/// Force and impulse of one body on one owner over one frame.
-struct OwnerReaction {
-  Index owner = -1;  ///< < kPieces: piece of the real surface, else obstacle owner - kPieces
-  Vec3f force_N;     ///< mean force on the owner
+/// Force and impulse of one body on one collider over one frame.
+struct ColliderReaction {
+  Index collider =
+      -1;            ///< < kComponents: component of the real surface, else obstacle collider - kComponents
+  Vec3f force_N;     ///< mean force on the collider
   Vec3f torque_N_m;  ///< mean torque about the centre of gravity of all that is real
   Vec3f impulse_N_s;
   float max_depth_m = 0;
@@ -43,8 +44,8 @@ struct ContactReport {
   Vec3f torque_N_m;       ///< mean torque about the centre of gravity of all that is real
   float max_depth_m = 0;  ///< how deep a point was
   double contacts_per_substep = 0;
-  Index pushed_out = 0;               ///< points that were found deep inside
-  std::vector<OwnerReaction> owners;  ///< those that were touched
+  Index pushed_out = 0;                     ///< points that were found deep inside
+  std::vector<ColliderReaction> colliders;  ///< those that were touched
   void add(const ContactReport& body);
 };
 
@@ -73,9 +74,9 @@ class Contact {
   void correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                BodyPoints& points, const ContactNodes& nodes, Index k, Index later_steps = 1);
   /// Adds the real surface and obstacles to the walls within reach of particles, where they are when substep
-  /// k is over. @param first_owner walls are of first_owner + owner
+  /// k is over. @param first_collider walls are of first_collider + collider
   void find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
-                  View<const SearchParticle> particles, Count count, float reach_m, Index first_owner,
+                  View<const SearchParticle> particles, Count count, float reach_m, Index first_collider,
                   Index k, const NearWalls& near) const;
   /// After 1, 2, .. substeps of this frame.
   View<const SurfacePoses> poses() const { return poses_.const_view(); }
@@ -87,8 +88,9 @@ class Contact {
   Buffer<float> sample_m3_;  ///< with the paper's response
 };
 
-/// Forces and impulses of a body on all owners over the frame that ended. @param totals BodyPoints::totals(),
-/// on the host @param dt_frame_s time by which impulses are divided @param substeps calls of `correct`
-ContactReport contact_report(std::span<const OwnerTotals> totals, float dt_frame_s, int substeps);
+/// Forces and impulses of a body on all colliders over the frame that ended. @param totals
+/// BodyPoints::totals(), on the host @param dt_frame_s time by which impulses are divided @param substeps
+/// calls of `correct`
+ContactReport contact_report(std::span<const ColliderTotals> totals, float dt_frame_s, int substeps);
 
 }  // namespace tactus

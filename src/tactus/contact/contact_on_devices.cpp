@@ -38,7 +38,7 @@ void ContactOnDevices::move_tools(std::span<const ToolMotion> tools) {
   tool_ring_.sent();
 }
 
-/// Copies the used part of the mesh where kernels can read it in place, else all that there is room for.
+/// Copies the used part of the mesh where kernels can read it in place, else all that there is capacity for.
 MeshView ContactOnDevices::copied(int p, const MeshView& mesh) {
   ExecContext& ctx = devices_.context(p);
   MeshCopy& copy = copies_[static_cast<std::size_t>(p)];
@@ -48,12 +48,12 @@ MeshView ContactOnDevices::copied(int p, const MeshView& mesh) {
     return Count(copy.counts.const_view().part(k, 1), there.capacity);
   };
   const auto elements = [&]<class T>(View<const T> from, const Count& used, Buffer<T>& to) {
-    const View<T> room = to.view().part(0, from.size());
+    const View<T> capacity = to.view().part(0, from.size());
     if (devices_.reads_peers())
-      ctx.parallel_for("contact/copy_mesh", used, CopyElements<T>{from, room});
+      ctx.parallel_for("contact/copy_mesh", used, CopyElements<T>{from, capacity});
     else
-      ctx.copy(from, room);
-    return View<const T>(room);
+      ctx.copy(from, capacity);
+    return View<const T>(capacity);
   };
   MeshView here = mesh;
   here.vertex_count = count(mesh.vertex_count, 0);

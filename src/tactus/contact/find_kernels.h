@@ -27,7 +27,7 @@ struct WakePoints {
     if (body.nodes.has_stopped()) return;
     const Index block = b.index(), first = blocks.points[block].begin,
                 count = blocks.points[block].end - first;
-    if (count == 0) return;  // room
+    if (count == 0) return;  // capacity
     ContactFinder finder = of_all;
     finder.turn_to(first);
     const float moved_m = block_moved_m(b, s, finder, block);
@@ -43,7 +43,7 @@ struct WakePoints {
       else if (p.now == PointQuery::Now::lost)
         body.state.awake.add(~(first + t));
       else
-        finder.let_go(first + t);
+        finder.invalidate(first + t);
     });
     fall_asleep(b, s, finder, block, moved_m);
   }
@@ -53,7 +53,7 @@ struct WakePoints {
   /// Where a block's nodes are, for a CPU's lanes.
   struct BlockNodes {
     float x[8 * kBlockPoints], y[8 * kBlockPoints], z[8 * kBlockPoints];
-    /// How far the farthest moved as one owner sees it, squared.
+    /// How far the farthest moved as one collider sees it, squared.
     template <class T, class N>
     TACTUS_HD float moved2_m2(const Vec3f* x_then_m, Index count, const T& seen_then,
                               const N& seen_now) const {
@@ -89,7 +89,7 @@ struct WakePoints {
         now.x[k] = p.x, now.y[k] = p.y, now.z[k] = p.z;
       }
       float most = 0;
-      finder.for_each_owner(then, [&](auto&& seen_then, auto&& seen_now) {
+      finder.for_each_collider(then, [&](auto&& seen_then, auto&& seen_now) {
         most = max(most, now.moved2_m2(blocks.x_m.data() + first, count, seen_then, seen_now));
       });
       return tactus::sqrt(most);
@@ -106,24 +106,24 @@ struct WakePoints {
       return tactus::sqrt(s.node_moved2_m2[0]);
     }
   }
-  /// Notes how far nodes may move, counted from where they are now if a point found new room.
+  /// Notes how far nodes may move, counted from where they are now if a point found new capacity.
   template <class Block>
   TACTUS_HD void fall_asleep(const Block& b, const Shared& s, const ContactFinder& finder, Index block,
                              float moved_m) const {
     const Index first = blocks.points[block].begin, count = blocks.points[block].end - first;
-    bool has_room = false, any = false;
+    bool has_capacity = false, any = false;
     for (int t = 0; t < count; ++t) {
       any = any || s.sleep_m[t] >= 0.F;
-      has_room = has_room || s.sleep_m[t] > 0.F;
+      has_capacity = has_capacity || s.sleep_m[t] > 0.F;
     }
     if (!any) return;
     b.for_own(count, [&](int t) {
       if (s.sleep_m[t] >= 0.F)
         blocks.sleep_m[first + t] = s.sleep_m[t];
-      else if (has_room)
+      else if (has_capacity)
         blocks.sleep_m[first + t] -= moved_m;
     });
-    if (!has_room) return;
+    if (!has_capacity) return;
     b.on_one_thread([&] { blocks.pose[block] = finder.pose; });
     const Index first_node = blocks.lists[block].begin;
     b.for_range(blocks.lists[block].end - first_node, [&](int k) {
@@ -136,11 +136,11 @@ struct WakePoints {
 class FoundPoint {
  public:
   PointQuery point;
-  MeetingPoint meeting[kOwners];
+  MeetingPoint meeting[kColliders];
   ListedTriangle list[kNearTriangles];
   std::uint32_t deciding[kListWords];
-  LeastOfTriangles least[kOwners];
-  OwnerApart apart[kOwners];
+  LeastOfTriangles least[kColliders];
+  ColliderApart apart[kColliders];
   template <class Block>
   TACTUS_HD void begin(const Block& b, const ContactFinder& finder, Index i) {
     const EmbeddedPoint& of = finder.body.table.points[i];
@@ -156,14 +156,14 @@ class FoundPoint {
                     of.velocity([&](int k) { return node_m_s_[k]; }), point);
     });
   }
-  /// How the point meets owners, given as bits.
+  /// How the point meets colliders, given as bits.
   template <class Block>
-  TACTUS_HD void meet(const Block& b, const ContactFinder& finder, Index i, std::uint32_t owners) {
+  TACTUS_HD void meet(const Block& b, const ContactFinder& finder, Index i, std::uint32_t colliders) {
     if constexpr (Block::kIsLoop) {
-      for (; owners != 0U; owners &= owners - 1U) meet(finder, i, lowest_bit(owners));
+      for (; colliders != 0U; colliders &= colliders - 1U) meet(finder, i, lowest_bit(colliders));
     } else {
-      b.for_threads(kOwners, [&](int owner) {
-        if ((owners >> owner & 1U) != 0U) meet(finder, i, owner);
+      b.for_threads(kColliders, [&](int collider) {
+        if ((colliders >> collider & 1U) != 0U) meet(finder, i, collider);
       });
     }
   }
@@ -178,14 +178,14 @@ class FoundPoint {
       for (Index e = 0; e < count; ++e) deciding[e / kListBits] |= bit(e);
     } else {
       const float reach2_m2 = sqr(finder.body.reach_m);
-      b.for_range(kOwners, [&](int owner) { least[owner] = {}; });
+      b.for_range(kColliders, [&](int collider) { least[collider] = {}; });
       b.for_range(count, [&](int e) {
         finder.see(i, e, point);
-        least[list[e].near.owner].see(list[e].seen, reach2_m2);
+        least[list[e].near.collider].see(list[e].seen, reach2_m2);
       });
       b.for_range(kListWords, [&](int word) { deciding[word] = 0; });
       b.for_range(count, [&](int e) {
-        if (least[list[e].near.owner].may_decide(list[e].seen, reach2_m2))
+        if (least[list[e].near.collider].may_decide(list[e].seen, reach2_m2))
           atomic_or(deciding[e / kListBits], bit(e));
       });
     }
@@ -193,8 +193,8 @@ class FoundPoint {
 
  private:
   Vec3f node_m_[8], node_m_s_[8];
-  TACTUS_HD void meet(const ContactFinder& finder, Index i, Index owner) {
-    meeting[owner] = finder.meet(i, owner, point.x_m, point.v_m_s);
+  TACTUS_HD void meet(const ContactFinder& finder, Index i, Index collider) {
+    meeting[collider] = finder.meet(i, collider, point.x_m, point.v_m_s);
   }
   TACTUS_HD static std::uint32_t bit(Index e) { return 1U << static_cast<unsigned>(e % kListBits); }
 };
@@ -233,7 +233,7 @@ struct FindContacts {
         found.meet(b, finder, i, p.to_search);
         finder.search(b, i, found.point, s.search, round == 1);
       } else {
-        found.meet(b, finder, i, p.near.owners);
+        found.meet(b, finder, i, p.near.colliders);
       }
       if (p.now != PointQuery::Now::listed) break;
       found.see_list(b, finder, i);
@@ -243,7 +243,7 @@ struct FindContacts {
       if (!is_lost) break;
     }
     b.on_one_thread([&] {
-      if (p.now == PointQuery::Now::nothing) finder.let_go(i);
+      if (p.now == PointQuery::Now::nothing) finder.invalidate(i);
     });
   }
 };

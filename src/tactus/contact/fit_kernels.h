@@ -15,13 +15,13 @@ struct FitPoints {
   SamplesView fine, coarse;
   Index first, far;  ///< far != 0: on the coarse samples
   float spacing_m;   ///< of the fine samples; distances above half of it count less and less
-  View<const SurfacePieces> before, now;
+  View<const SurfaceComponents> before, now;
   View<const FitState> state;
   View<FitSums> points;
   struct Shared {
     Vec3f at;
     float reach_m;
-    Index piece, active;
+    Index component, active;
     float d2[kThreads];
     Index sample[kThreads];
   };
@@ -56,9 +56,9 @@ struct FitPoints {
   }
 
  private:
-  TACTUS_HD Index piece_of(Index j) const {
+  TACTUS_HD Index component_of(Index j) const {
     const Index q = j / before[0].share_of(kFitPoints);
-    return q < before[0].count ? before[0].piece[q].next : -1;
+    return q < before[0].count ? before[0].component[q].next : -1;
   }
   /// The nearest sample in the t-th of the 27 cells, if it can be nearer than least2 (squared).
   TACTUS_HD void search_cell(int t, const SamplesView& samples, float least2, Shared& s) const {
@@ -75,16 +75,16 @@ struct FitPoints {
     for (Index i = samples.cells.begin[w], end = samples.cells.end[w]; i < end; ++i) {
       const Vec3f off = s.at - samples.x_m[i];
       const float d2 = dot(off, off);
-      if (!(d2 < best_d2) || (s.piece != kAnyPiece && samples.piece[i] != s.piece)) continue;
+      if (!(d2 < best_d2) || (s.component != kAnyComponent && samples.component[i] != s.component)) continue;
       best_d2 = d2;
       s.sample[t] = i;
     }
     s.d2[t] = best_d2;
   }
-  TACTUS_HD Vec3f center(Index j) const { return state[piece_of(j)].center_m; }
+  TACTUS_HD Vec3f center(Index j) const { return state[component_of(j)].center_m; }
   TACTUS_HD void begin(Index evaluation, Index j, bool on_coarse, Shared& s) const {
-    const SurfacePieces& was = before[0];
-    const Index share = was.share_of(kFitPoints), k = piece_of(j);
+    const SurfaceComponents& was = before[0];
+    const Index share = was.share_of(kFitPoints), k = component_of(j);
     s.active = 0;
     if (k < 0 || j % share >= was.points_of(j / share)) return;
     s.active = 1;
@@ -92,7 +92,7 @@ struct FitPoints {
     if (first != 0 && evaluation > 0) pose.t = state[k].guess_m();
     if (first != 0 && evaluation == 3) pose = state[k].steady;
     s.at = pose * previous_m[j];
-    s.piece = now[0].mixed != 0 ? k : kAnyPiece;
+    s.component = now[0].mixed != 0 ? k : kAnyComponent;
     s.reach_m = on_coarse ? 8 * spacing_m : 2 * spacing_m;
     const SamplesView& samples = on_coarse ? coarse : fine;
     if (samples.may_be_near(s.at)) return;
@@ -127,8 +127,8 @@ struct FitStep {
   static constexpr int kEvaluations = 1;
   static constexpr float kDamping = 1e-3F;
   View<FitState> state;
-  TACTUS_HD void operator()(Index, Index piece, const FitSums& total) const {
-    FitState& s = state[piece];
+  TACTUS_HD void operator()(Index, Index component, const FitSums& total) const {
+    FitState& s = state[component];
     const float matched = total.value[28];
     if (s.previous < 0 || matched < 12.F) return;
     float a[6][6], x[6];
@@ -174,18 +174,18 @@ struct FirstFitStep {
   }
 };
 
-/// Sums over the points of each piece and then does `Step` for it. One block. Strip r of the n strips of a
-/// piece sums every n-th of its points, beginning with r: the same sums on every device.
+/// Sums over the points of each component and then does `Step` for it. One block. Strip r of the n strips of
+/// a component sums every n-th of its points, beginning with r: the same sums on every device.
 template <class Step>
 struct FitStage {
-  static constexpr int kStrips = 2 * kPieces, kThreads = 1024;
+  static constexpr int kStrips = 2 * kComponents, kThreads = 1024;
   static_assert(kStrips * FitSums::kSize <= kThreads);
   View<const FitSums> points;
-  View<const SurfacePieces> before, now;
+  View<const SurfaceComponents> before, now;
   Step step;
   struct Shared {
     float strip[kStrips][FitSums::kSize];
-    FitSums total[kPieces];
+    FitSums total[kComponents];
   };
   /// The sum over every `strips`-th of `count` points, from the r-th on. A GPU fetches many while it waits
   /// for one.
@@ -203,16 +203,16 @@ struct FitStage {
   }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const SurfacePieces& was = before[0];
+    const SurfaceComponents& was = before[0];
     const Index strips = was.share_of(kStrips), share = was.share_of(kFitPoints);
     for (Index e = 0; e < Step::kEvaluations; ++e) {
       b.for_threads(kStrips * FitSums::kSize, [&](int t) {
         const Index strip = t / FitSums::kSize, q = strip / strips;
         const int value = t % FitSums::kSize;
-        const Index count = q < was.count && was.piece[q].next >= 0 ? was.points_of(q) : 0;
+        const Index count = q < was.count && was.component[q].next >= 0 ? was.points_of(q) : 0;
         s.strip[strip][value] = strip_sum(e * kFitPoints + q * share, strip % strips, strips, count, value);
       });
-      b.for_threads(kPieces * FitSums::kSize, [&](int t) {
+      b.for_threads(kComponents * FitSums::kSize, [&](int t) {
         const Index q = t / FitSums::kSize;
         const int value = t % FitSums::kSize;
         float sum = 0;
@@ -220,7 +220,7 @@ struct FitStage {
           sum += s.strip[strip][value];
         s.total[q].value[value] = sum;
       });
-      b.for_threads(kPieces, [&](int k) {
+      b.for_threads(kComponents, [&](int k) {
         if (k >= now[0].count) return;
         const Index q = step.state[k].previous;
         step(e, k, s.total[q < 0 ? 0 : q]);
@@ -234,12 +234,12 @@ struct FitStage {
 struct ChooseMotion {
   static constexpr int kEvaluations = 1;
   View<FitState> state;
-  View<const float> dt_capture_s;  ///< (1) as MatchPieces'
+  View<const float> dt_capture_s;  ///< (1) as MatchComponents'
   /// The residual of a fit may be twice the one that says that nothing moves: with a sample for each voxel,
   /// hulls of an object that turns differ by more than half a spacing.
   static constexpr float kMostFitRms = 2;
   float good_rms_m, max_speed_m_s;
-  View<const SurfacePieces> pieces;
+  View<const SurfaceComponents> components;
   View<SurfaceMotion> motion;
   View<MeasuredMotions> measured;
   TACTUS_HD void operator()(Index, Index k, const FitSums& total) const {
@@ -274,7 +274,7 @@ struct ChooseMotion {
   }
 
  private:
-  /// How fast points of a piece move that moves so, about.
+  /// How fast points of a component move that moves so, about.
   TACTUS_HD static float speed(Vec3f v, Vec3f w, float size_m) {
     return length(v) + 0.25F * size_m * length(w);
   }
@@ -289,7 +289,7 @@ struct ChooseMotion {
     if (now.count == 0 || before.count == 0 || m.source != before.motion[0].source) return sum;
     const bool turns = goes_round(before.motion[0], m, dt_s);
     sum.velocity_m_s = at_end(m, m.center_m, turns, dt_s);
-    const float size_m = pieces[0].piece[k].size_m();
+    const float size_m = components[0].component[k].size_m();
     const float change = speed(sum.velocity_m_s - at_end(before.motion[0], m.center_m, turns, dt_s),
                                m.spin_rad_s - before.motion[0].spin_rad_s, size_m);
     if (change > 0.5F * speed(m.velocity_m_s, m.spin_rad_s, size_m) + 0.5F * good_rms_m / dt_s) return sum;
@@ -304,7 +304,7 @@ struct ChooseMotion {
     return sum;
   }
   /// Whether the centre goes round an axis, as a hand's does round the wrist, and not straight on, as that of
-  /// a thrown object: its way turned with the piece.
+  /// a thrown object: its way turned with the component.
   TACTUS_HD static bool goes_round(const SurfaceMotion& last, const SurfaceMotion& now, float dt_s) {
     const Vec3f straight = now.velocity_m_s - last.velocity_m_s,
                 round = now.velocity_m_s - now.turn(dt_s) * last.velocity_m_s;

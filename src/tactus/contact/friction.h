@@ -28,7 +28,7 @@ struct FrictionMemory {
   /// Change of the velocity of a point that moves by `rel` relative to the surface that it touches, whose
   /// normal is n. The normal part of an approach is reflected with restitution e; friction takes as much of
   /// the tangential part as it may.
-  TACTUS_HD Vec3f kick_m_s(Vec3f rel, Vec3f n, float restitution, float friction) {
+  TACTUS_HD Vec3f velocity_correction_m_s(Vec3f rel, Vec3f n, float restitution, float friction) {
     const float along = dot(rel, n), bounce = along < 0.F ? -(1.F + restitution) * along : 0.F;
     const Vec3f slide = rel - along * n;
     const float speed = length(slide), most = friction * bounce + (1.F - kShare) * unused_m_s;

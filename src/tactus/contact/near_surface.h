@@ -44,7 +44,7 @@ class PiecesNearRun {
   static constexpr Index kMost = 1024;   ///< pieces; a multiple of kVisitLanes
 
   bool is_of(Index particle) const { return first_ <= particle && particle < last_; }
-  /// Otherwise there was no room for all pieces.
+  /// Otherwise there was no capacity for all pieces.
   bool is_whole() const { return count_ <= kMost; }
 
   /// Begins the run at particle i, and lists the pieces near it. Particles behind those that were placed are
@@ -66,7 +66,7 @@ class PiecesNearRun {
     const Vec3f middle = box.center();
     const float radius_m = 1.0001F * length(box.max - middle);  // rounding
     const float to_middle_m = surface.reach_to_middle_m(reach_m), search2_m2 = sqr(to_middle_m + radius_m);
-    const SearchParticle* all = cells.particles.data();  // there is room behind the last
+    const SearchParticle* all = cells.particles.data();  // there is capacity behind the last
     surface.for_each_run(box.min, box.max, to_middle_m, [&](SlotRun run) {
       for_each_near(
           run.first, run.last, [&](Index slot) { return distance2_m2(middle, all[slot].x_m) <= search2_m2; },

@@ -86,15 +86,15 @@ struct NearestOnSurface {
   }
 };
 
-/// Adds the pieces of the real surface, obstacles and tools to the walls near every particle. A plane or box
-/// is exact; of a mesh or a piece, the nearest point counts.
+/// Adds the components of the real surface, obstacles and tools to the walls near every particle. A plane or
+/// box is exact; of a mesh or a component, the nearest point counts.
 struct FindNearWalls {
   static constexpr int kGrain = 256;
   View<const SearchParticle> particles;
   Boundaries boundaries;
   SubstepsTo now;  ///< the poses after so many substeps count
   float reach_m;
-  Index first_owner;  ///< walls are first_owner + owner
+  Index first_collider;  ///< walls are first_collider + collider
   NearWalls near;
   Index pose = 0;
   TACTUS_HD void load() {
@@ -105,33 +105,33 @@ struct FindNearWalls {
     const Vec3f x = particles[i].x_m;
     const SurfacePoses& all = boundaries.poses[pose];
     for (Index k = 0; k < all.count; ++k) {
-      const SurfacePose& piece = all.piece[k];
-      const Vec3f p = piece.to_capture(x);
+      const SurfacePose& component = all.component[k];
+      const Vec3f p = component.to_capture(x);
       const float reach = reach_to(boundaries.surface);
-      // Samples bound the box of a piece; a particle deep inside of one is in the box.
-      if (!piece.may_touch(p, reach + 3 * spacing_m(boundaries.surface)) ||
+      // Samples bound the box of a component; a particle deep inside of one is in the box.
+      if (!component.may_touch(p, reach + 3 * spacing_m(boundaries.surface)) ||
           !may_be_near(boundaries.surface, p, reach))
         continue;
-      add_surface(i, boundaries.surface, all.own(k), p, reach, piece.turn, piece.velocity_at(x),
-                  first_owner + k);
+      add_surface(i, boundaries.surface, all.own(k), p, reach, component.turn, component.velocity_at(x),
+                  first_collider + k);
     }
     for (Index k = 0; k < boundaries.obstacles.size(); ++k) {
       const Obstacle& o = boundaries.obstacles[k];
-      const Index owner = first_owner + kPieces + k;
+      const Index collider = first_collider + kComponents + k;
       if (o.tool >= 0)
-        add_tool(i, o, all.tool[o.tool], owner);
+        add_tool(i, o, all.tool[o.tool], collider);
       else if (o.kind == ObstacleKind::mesh)
-        add_mesh(i, o.mesh, x, Mat3f::identity(), {}, owner);  // placed in the world already
+        add_mesh(i, o.mesh, x, Mat3f::identity(), {}, collider);  // placed in the world already
       else
-        add_shape(i, o, x, owner);
+        add_shape(i, o, x, collider);
     }
   }
 
  private:
-  TACTUS_HD void add_tool(Index i, const Obstacle& o, const ToolPose& tool, Index owner) const {
+  TACTUS_HD void add_tool(Index i, const Obstacle& o, const ToolPose& tool, Index collider) const {
     const Vec3f x = particles[i].x_m, p = tool.to_tool(x);
     if (tool.is_there == 0 || o.outside_m(p) > reach_m) return;
-    add_mesh(i, o.mesh, p, tool.turn, tool.velocity_at(x), owner);
+    add_mesh(i, o.mesh, p, tool.turn, tool.velocity_at(x), collider);
   }
   TACTUS_HD static float spacing_m(const SurfaceTrianglesView& mesh) {
     return 0.5F / mesh.cells.grid.inverse_cell_1_m;
@@ -144,26 +144,27 @@ struct FindNearWalls {
     return reach > mesh.sure_reach_m() || mesh.may_be_near(p);
   }
   TACTUS_HD void add_mesh(Index i, const SurfaceTrianglesView& mesh, Vec3f p, const Mat3f& turn,
-                          Vec3f velocity_m_s, Index owner) const {
+                          Vec3f velocity_m_s, Index collider) const {
     const float reach = reach_to(mesh);
-    if (may_be_near(mesh, p, reach)) add_surface(i, mesh, kAnyPiece, p, reach, turn, velocity_m_s, owner);
+    if (may_be_near(mesh, p, reach))
+      add_surface(i, mesh, kAnyComponent, p, reach, turn, velocity_m_s, collider);
   }
   /// @param p_m in the coordinates of the surface, from which `turn` leads to the world's
   TACTUS_HD void add_surface(Index i, const SurfaceTrianglesView& mesh, Index own, Vec3f p_m, float reach,
-                             const Mat3f& turn, Vec3f velocity_m_s, Index owner) const {
+                             const Mat3f& turn, Vec3f velocity_m_s, Index collider) const {
     const NearestOnSurface on = NearestOnSurface::of(mesh, own, p_m, reach);
     if (!on.found) return;
-    near.add(i, {turn * on.n, on.distance_m, velocity_m_s, owner, 0.F, {}});
+    near.add(i, {turn * on.n, on.distance_m, velocity_m_s, collider, 0.F, {}});
     const NearestOnSurface other = on.across(mesh, own, p_m, reach);
-    if (other.found) near.add(i, {turn * other.n, other.distance_m, velocity_m_s, owner, 0.F, {}, 1});
+    if (other.found) near.add(i, {turn * other.n, other.distance_m, velocity_m_s, collider, 0.F, {}, 1});
   }
   /// Adds a plane, or the face of a box that the particle is farthest in front of and those that end it near
   /// the particle.
-  TACTUS_HD void add_shape(Index i, const Obstacle& o, Vec3f x, Index owner) const {
+  TACTUS_HD void add_shape(Index i, const Obstacle& o, Vec3f x, Index collider) const {
     const Mat3f back = transpose(o.T_obstacle_world.R);
     const Vec3f p = o.T_obstacle_world * x;
     if (o.kind == ObstacleKind::plane) {
-      if (p.y < reach_m) near.add(i, {back.column(1), p.y, {}, owner, 0.F, {}});
+      if (p.y < reach_m) near.add(i, {back.column(1), p.y, {}, collider, 0.F, {}});
       return;
     }
     const Vec3f out = Vec3f{abs(p.x), abs(p.y), abs(p.z)} - o.half_m;
@@ -173,7 +174,7 @@ struct FindNearWalls {
       const int a = (first + k) % 3;
       if (!(out[a] > -reach_m)) continue;
       const Vec3f n = p[a] < 0.F ? -back.column(a) : back.column(a);
-      near.add(i, {n, out[a], {}, owner, 0.F, {}, k == 0 ? 0 : NearWall::kBeside});
+      near.add(i, {n, out[a], {}, collider, 0.F, {}, k == 0 ? 0 : NearWall::kBeside});
     }
   }
 };

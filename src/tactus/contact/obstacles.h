@@ -12,8 +12,8 @@ namespace tactus {
 
 enum class ObstacleKind : Index { plane = 0, box = 1, mesh = 2 };
 
-/// How a tool moves from a capture on, as a piece of the real surface does. Its centre is the middle of its
-/// mesh's box.
+/// How a tool moves from a capture on, as a component of the real surface does. Its centre is the middle of
+/// its mesh's box.
 struct ToolMotion {
   Index is_there = 0;  ///< 0: nobody knows where it is, and it touches nothing
   Mat3f R_world_tool = Mat3f::identity();

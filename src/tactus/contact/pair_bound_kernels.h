@@ -45,7 +45,7 @@ struct BoundPatches {
     });
     b.on_one_thread([&] {
       state.patch_box[b.index()] = lanes > 0 ? s.of_thread[0] : PatchBox::empty();
-      state.patch_way_m[b.index()] = lanes > 0 ? tactus::sqrt(s.way2_m2[0]) : 0.F;
+      state.patch_displacement_m[b.index()] = lanes > 0 ? tactus::sqrt(s.way2_m2[0]) : 0.F;
     });
   }
 };
@@ -58,7 +58,7 @@ struct BoundBodies {
   PairState state;
   struct Shared {
     PatchBox of_thread[kThreads];
-    float way_m[kThreads];
+    float displacement_m[kThreads];
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
@@ -67,22 +67,22 @@ struct BoundBodies {
       PatchBox box = PatchBox::empty();
       float way = 0;
       for (Index p = body.first_patch + t; p < body.end_patch; p += kThreads) {
-        way = max(way, state.patch_way_m[p]);
+        way = max(way, state.patch_displacement_m[p]);
         box.take(state.patch_box[p]);
       }
       s.of_thread[t] = box;
-      s.way_m[t] = way;
+      s.displacement_m[t] = way;
     });
     fold<kThreads>(b, kThreads, [&](int t, int other) {
       s.of_thread[t].take(s.of_thread[other]);
-      s.way_m[t] = max(s.way_m[t], s.way_m[other]);
+      s.displacement_m[t] = max(s.displacement_m[t], s.displacement_m[other]);
     });
     b.on_one_thread([&] {
       const PatchBox box = s.of_thread[0];
       state.body_box[b.index()] = box;
       SelfMotion& motion = state.self_motion[b.index()];
       const Vec3f middle = 0.5F * (box.min_m + box.max_m);
-      motion.moved += SelfMotion::units(s.way_m[0], body.spacing_m);
+      motion.moved += SelfMotion::units(s.displacement_m[0], body.spacing_m);
       motion.shift_m = middle - motion.middle_m;
       motion.middle_m = middle;
       state.wake_box[b.index()] = PatchBox::empty();

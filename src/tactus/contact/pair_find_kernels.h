@@ -41,7 +41,7 @@ struct FindPairs {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const PointGroup group = table.groups[b.index()];
-    if (group.count == 0) return;  // room
+    if (group.count == 0) return;  // capacity
     const PatchBox box = state.patch_box[group.patch];
     const Index bodies = table.bodies.size();
     const bool is_self = may_meet_itself(b.index());
@@ -270,7 +270,8 @@ struct FindPairs {
     for_cubes_within<Block>(at, s.x_m[t], within2_m2,
                             [&](Index k, float) { return !note_first<Block>(at, t, k, s, meets); });
   }
-  /// Returns whether the point is known to be in that cube. A GPU notes that it may be, where there is room.
+  /// Returns whether the point is known to be in that cube. A GPU notes that it may be, where there is
+  /// capacity.
   template <class Block, class M>
   TACTUS_HD bool note_first(const PlacedPatch& at, int t, Index k, Shared& s, M&& meets) const {
     if constexpr (!Block::kIsLoop) {
@@ -441,7 +442,8 @@ struct FindPairs {
     }
     // Bodies that were put into one another must not be shot apart. But the depth gained since the last
     // correction goes at once: else a body that carries more than that a substep sinks in.
-    const float stayed = same && contact.touching == 1 ? contact.depth_m - length(contact.push_m) : depth;
+    const float stayed =
+        same && contact.touching == 1 ? contact.depth_m - length(contact.position_correction_m) : depth;
     const float farthest = kLargestPush * min(body.spacing_m, other.spacing_m) + max(depth - stayed, 0.F),
                 far = length(push);
     if (far > farthest) push *= farthest / far;
@@ -450,9 +452,10 @@ struct FindPairs {
       shift_weights(contact, q);
     else if (contact.touching == 1)
       add_weights(i, contact, -1);
-    contact.kick_m_s = memory.kick_m_s(rel, n, contact.touching == 1 ? 0.F : restitution, friction);
+    contact.velocity_correction_m_s =
+        memory.velocity_correction_m_s(rel, n, contact.touching == 1 ? 0.F : restitution, friction);
     contact.friction = memory;
-    contact.push_m = push;
+    contact.position_correction_m = push;
     contact.x_m = x;
     contact.depth_m = depth;
     contact.touching = 1;

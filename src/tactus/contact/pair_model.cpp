@@ -16,7 +16,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
 
-bool is_room(const EmbeddedPoint& p) { return p.weight[0] == 0; }
+bool is_capacity(const EmbeddedPoint& p) { return p.weight[0] == 0; }
 
 /// Where a point rests, in spacings of the lattice.
 Vec3f rest_of(const CubeLattice& lattice, const EmbeddedPoint& p) {
@@ -61,10 +61,10 @@ void PairModel::add(const PairedBody& b) {
   for (std::size_t c = 0; c < solid.cubes.size(); ++c)
     of_key[key_of(vec_cast<float>(b.lattice.cubes[at(solid.cubes[c])]))].cubes.push_back(c);
   for (std::size_t p = 0; p < b.points.size(); ++p)
-    if (!is_room(b.points[p])) of_key[key_of(rest_of(b.lattice, b.points[p]))].points.push_back(p);
+    if (!is_capacity(b.points[p])) of_key[key_of(rest_of(b.lattice, b.points[p]))].points.push_back(p);
   for (const auto& [key, patch] : of_key) add_patch(b, body, solid, patch, key);
   bodies[at(body)].end_patch = size_of(patches);
-  if (b.cuttable) add_room(b, body);
+  if (b.cuttable) add_capacity(b, body);
   bodies[at(body)].end_point = size_of(points);
   bodies[at(body)].end_group = size_of(groups);
   add_rows(b, body, first_cube);
@@ -107,16 +107,16 @@ void PairModel::add_patch(const PairedBody& b, Index body, const RestSolid& soli
 }
 
 /// Every cube may come near a surface once. Each patch may have one group of points that is not full.
-void PairModel::add_room(const PairedBody& b, Index body) {
+void PairModel::add_capacity(const PairedBody& b, Index body) {
   Body& host = host_[at(body)];
   Index cubes_known = 0, points_known = 0;
   for (const Index place : host.place_of_cube) cubes_known += place >= 0 ? 1 : 0;
   for (const Index place : host.place_of_point) points_known += place >= 0 ? 1 : 0;
   host.next_cube = size_of(cubes);
   host.end_cube = host.next_cube + b.lattice.cube_count() - cubes_known;
-  SolidCube room;
-  room.body = body;
-  cubes.resize(at(host.end_cube), room);
+  SolidCube capacity;
+  capacity.body = body;
+  cubes.resize(at(host.end_cube), capacity);
   samples.resize(at(host.end_cube) * CubeSamples::kCount);
   const PairBody& out = bodies[at(body)];
   const Index place_count = size_of(host.place_of_point) - points_known;
@@ -233,7 +233,7 @@ void PairModel::set_cube(Index body, const SolidChange::Cube& cube) {
   const Index patch = patch_at(body, vec_cast<float>(cube.cell));
   const bool is_new = place < 0;
   if (is_new) {
-    if (host.next_cube >= host.end_cube) throw Error("contact: there is no room for more cubes");
+    if (host.next_cube >= host.end_cube) throw Error("contact: there is no capacity for more cubes");
     place = host.next_cube++;
     cubes[at(place)].cell = cube.cell;
     patch_cubes[at(patch)].push_back(place);
@@ -262,7 +262,7 @@ Index PairModel::new_point(Index body, const PointChange& change) {
   const Index patch = patch_at(body, change.rest);
   const auto [open, is_new] = host.open_group.try_emplace(patch, host.next_group);
   if (is_new || groups[at(open->second)].count == kGroupPoints) {
-    if (host.next_group >= host.end_group) throw Error("contact: there is no room for more points");
+    if (host.next_group >= host.end_group) throw Error("contact: there is no capacity for more points");
     open->second = host.next_group++;
     groups[at(open->second)].patch = patch;
   }

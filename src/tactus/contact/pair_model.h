@@ -16,7 +16,7 @@ struct PairedBody {
   const CubeLattice& lattice;
   const TriangleMesh& surface;  ///< closed, where the lattice rests
   MeshFill fill = MeshFill::closed;
-  std::span<const EmbeddedPoint> points;  ///< of its surface, that touch; without weights: room
+  std::span<const EmbeddedPoint> points;  ///< of its surface, that touch; without weights: capacity
   ContactNodes nodes;                     ///< the views stay valid
   bool touches_itself = false;
   bool cuttable = false;             ///< BodyPairs::apply takes its cuts over
@@ -25,12 +25,13 @@ struct PairedBody {
 };
 
 /// All bodies' patches, cubes, points and rows, one body after the other. Points of a patch are in groups. A
-/// cuttable body has patches everywhere, and room: places for all its cubes, and for points in groups of
+/// cuttable body has patches everywhere, and capacity: places for all its cubes, and for points in groups of
 /// their own. A cut changes entries of a body, and lists the changed ones.
 class PairModel {
  public:
   void add(const PairedBody& body);
-  /// @throws Error for a body that is not cuttable, an id that is out of range, or where there is no room.
+  /// @throws Error for a body that is not cuttable, an id that is out of range, or where there is no
+  /// capacity.
   void apply(Index body, const SolidChange& change);
 
   std::vector<PairBody> bodies;
@@ -69,7 +70,7 @@ class PairModel {
   };
   static Key key_of(Vec3f p);
   void add_patch(const PairedBody& b, Index body, const RestSolid& solid, const Patch& patch, const Key& key);
-  void add_room(const PairedBody& b, Index body);
+  void add_capacity(const PairedBody& b, Index body);
   void add_rows(const PairedBody& b, Index body, Index first_cube);
   void add_points(const PairedBody& b, Index body, const Patch& patch);
   Index patch_at(Index body, Vec3f p) const;

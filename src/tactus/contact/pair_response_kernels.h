@@ -36,8 +36,8 @@ struct PairImpulses {
       sum += share(other.nodes, cube.node[k], cube.row[k], CubeMap::weight(contact.q, k));
     }
     const float mass = 1.F / sum;
-    contact.impulse_N_s = mass * contact.kick_m_s;
-    contact.shift_kg_m = mass * contact.push_m;
+    contact.impulse_N_s = mass * contact.velocity_correction_m_s;
+    contact.shift_kg_m = mass * contact.position_correction_m;
     // In any order: MovePairs adds integers.
     state.next[i] = atomic_exchange(state.cube_list[contact.cube], static_cast<std::uint32_t>(i) + 1U);
     note(of, i, cube.body, contact);
@@ -51,11 +51,11 @@ struct PairImpulses {
     ContactRecord& record = state.records[i];
     if (state.recorded[i]++ == 0) {
       record = {};
-    } else if (record.owner != other) {
-      state.moved_on[of * bodies + record.owner].add_atomically(record.impulse_N_s, record.moment_N_m_s);
+    } else if (record.collider != other) {
+      state.moved_on[of * bodies + record.collider].add_atomically(record.impulse_N_s, record.moment_N_m_s);
       record.impulse_N_s = record.moment_N_m_s = {};
     }
-    record.owner = other;
+    record.collider = other;
     atomic_store(state.used[of * bodies + other], 1U);
     const Vec3f done = -contact.impulse_N_s;  // to the other
     record.add({done, cross(contact.x_m - poses[0].reference_m, done), contact.depth_m, 1, 0, other});

@@ -77,11 +77,11 @@ struct PairNode {
 /// Boxes of cubes as they are deformed now; each coordinate in a row of its own, for many at once.
 struct CubeBoxes {
   static constexpr int kMostAtOnce = 16;
-  View<float> bounds_m;  ///< 6 rows: least x, y, z, largest x, y, z; and room to read behind the last
+  View<float> bounds_m;  ///< 6 rows: least x, y, z, largest x, y, z; and capacity to read behind the last
   static Index size(Index boxes) { return 6 * boxes + kMostAtOnce; }
-  TACTUS_HD Index room() const { return (bounds_m.size() - kMostAtOnce) / 6; }
+  TACTUS_HD Index capacity() const { return (bounds_m.size() - kMostAtOnce) / 6; }
   TACTUS_HD void set(Index i, const PatchBox& box) const {
-    const Index n = room();
+    const Index n = capacity();
     const float bound[6] = {box.min_m.x, box.min_m.y, box.min_m.z, box.max_m.x, box.max_m.y, box.max_m.z};
     for (Index k = 0; k < 6; ++k) bounds_m[k * n + i] = bound[k];
   }
@@ -91,7 +91,7 @@ struct CubeBoxes {
   TACTUS_HD float distances2_m2(Index first, int count, Vec3f p, float* out_m2) const {
     static_assert(kRow <= kMostAtOnce);
     const float* least = bounds_m.data() + first;
-    const Index n = room();
+    const Index n = capacity();
     const auto beyond = [](float low, float high) {  // 0 inside
       const float most = low > high ? low : high;
       return most > 0.F ? most : 0.F;
@@ -167,7 +167,7 @@ struct PairContact {
   Vec3f q;             ///< in that cube
   Index anchor_cube = -1;
   Vec3f anchor_q;  ///< where friction holds it
-  Vec3f x_m, push_m, kick_m_s;
+  Vec3f x_m, position_correction_m, velocity_correction_m_s;
   float depth_m = 0;
   FrictionMemory friction = {};
   Vec3f impulse_N_s, shift_kg_m;  ///< after all that touch were seen
@@ -189,17 +189,18 @@ struct SelfMotion {
   TACTUS_HD bool may_wake(const SelfSleep& sleep, float spacing_m) const {
     return !(2 * kUnit * spacing_m * static_cast<float>(moved - sleep.since) < sleep.free_m);
   }
-  TACTUS_HD static std::uint32_t units(float way_m, float spacing_m) {
-    return static_cast<std::uint32_t>(min(way_m / (kUnit * spacing_m), 1e9F)) + 1U;
+  TACTUS_HD static std::uint32_t units(float displacement_m, float spacing_m) {
+    return static_cast<std::uint32_t>(min(displacement_m / (kUnit * spacing_m), 1e9F)) + 1U;
   }
 };
 
 struct PairState {
   View<PatchBox> patch_box, body_box;
-  CubeBoxes cube_boxes;          ///< of patch_cubes' values
-  View<CubePlace> cube_places;   ///< likewise
-  View<PatchBox> wake_box;       ///< per body: of the points that look for their own body
-  View<float> patch_way_m;       ///< how far its nodes moved since the last correction, less the body's shift
+  CubeBoxes cube_boxes;         ///< of patch_cubes' values
+  View<CubePlace> cube_places;  ///< likewise
+  View<PatchBox> wake_box;      ///< per body: of the points that look for their own body
+  View<float>
+      patch_displacement_m;      ///< how far its nodes moved since the last correction, less the body's shift
   View<Vec3f> last_x_m;          ///< of patch_nodes' values
   View<SelfMotion> self_motion;  ///< of bodies
   View<SelfSleep> group_sleep, point_sleep;
@@ -209,7 +210,7 @@ struct PairState {
   View<std::uint32_t> cube_list;   ///< first point that touches in a cube, plus one; 0: none
   View<std::uint32_t> next;        ///< of that list, likewise
   View<Index> recorded;            ///< per point: corrections of this frame in its record
-  View<ContactRecord> records;     ///< its owner is the other body
+  View<ContactRecord> records;     ///< its collider is the other body
   View<ReactionSums> moved_on;     ///< at bodies a + b: impulses of points of a on b before they went on
   View<std::uint32_t> used;        ///< likewise, != 0: there are records
   float smallest_mass_kg = 1;

@@ -52,7 +52,7 @@ struct PaperContact {
   Index pose = 0;
   TACTUS_HD void load() { now.load(); }
 
-  /// Sums over the samples of a piece, in its coordinates at its capture: terms of the forces,
+  /// Sums over the samples of a component, in its coordinates at its capture: terms of the forces,
   struct Forces {
     float density = 0;  ///< over rho0
     Vec3f slope;        ///< sum of V_k grad W
@@ -80,19 +80,19 @@ struct PaperContact {
     const Vec3f x = body.position(point), v = body.velocity(point);
     PointContact best{x, {}, {}, 0, -1, {}, x};
     for (Index k = 0; k < poses[pose].count; ++k) touch(k, x, v, best);
-    const bool touches = best.owner >= 0;
+    const bool touches = best.collider >= 0;
     if (touches) body.state.contact[i] = best;
     body.set_touching(i, point, touches ? 1 : 0);
   }
   TACTUS_HD void touch(Index k, Vec3f x, Vec3f v, PointContact& best) const {
-    const SurfacePose& surface = poses[pose].piece[k];
+    const SurfacePose& surface = poses[pose].component[k];
     const Vec3f p = surface.to_capture(x), rel = transpose(surface.turn) * (v - surface.velocity_at(x));
     if (!surface.may_touch(p, kernel.h_m)) return;
     const Forces forces = forces_of(k, p, rel);
     if (!(forces.density > 0.F)) return;
-    const Vec3f kick = kick_of(forces);
-    const Penetrated hit = penetrated(k, p, rel + kick);
-    Vec3f push{}, moved = kick, n{};
+    const Vec3f velocity_correction = correction_of(forces);
+    const Penetrated hit = penetrated(k, p, rel + velocity_correction);
+    Vec3f push{}, moved = velocity_correction, n{};
     float depth = 0;
     if (hit.weight > 0.F) {
       n = normalized(hit.n, {0, 1, 0});
@@ -106,12 +106,12 @@ struct PaperContact {
     }
     if (dot(push, push) + dot(moved, moved) == 0.F) return;
     const Vec3f world_push = surface.turn * push;
-    best.push_m += world_push;
-    best.kick_m_s += surface.turn * moved;
+    best.position_correction_m += world_push;
+    best.velocity_correction_m_s += surface.turn * moved;
     best.x_m += world_push;
     best.depth_m = max(best.depth_m, depth);
     best.n = surface.turn * n;
-    best.owner = k;
+    best.collider = k;
     best.anchor_m = best.x_m;
   }
 
@@ -133,7 +133,7 @@ struct PaperContact {
   }
   /// Pressure [P 17] with its kernel's gradient, so that it repels, and friction [P 18] with Brookshaw's
   /// Laplacian, no more than stops the point. A plane surface of the body itself has density 1/2.
-  TACTUS_HD Vec3f kick_of(const Forces& s) const {
+  TACTUS_HD Vec3f correction_of(const Forces& s) const {
     const float density = 0.5F + s.density, sound_m_s = 0.2F * kernel.h_m / dt_s;
     const float r2 = density * density, pressure = max(0.F, r2 * r2 * r2 * density - 1.F) / 7;  // of rho0 c^2
     const float push = dt_s * sound_m_s * sound_m_s * pressure / r2,

@@ -26,17 +26,18 @@ RealSurfaceSettings checked(const RealSurfaceSettings& s) {
   return s;
 }
 
-/// Into how many pieces an edge is cut at most: their squares, over all triangles, still fit an Index. Meshes
-/// above 2^21 triangles come from lattices finer than the samples, and few of their edges are cut at all.
+/// Into how many components an edge is cut at most: their squares, over all triangles, still fit an Index.
+/// Meshes above 2^21 triangles come from lattices finer than the samples, and few of their edges are cut at
+/// all.
 float most_cuts(Index max_triangles) {
-  const double pieces = static_cast<double>(std::numeric_limits<Index>::max()) / max_triangles;
-  return std::min(std::floor(static_cast<float>(std::sqrt(pieces))), static_cast<float>(kMaxCuts - 1));
+  const double components = static_cast<double>(std::numeric_limits<Index>::max()) / max_triangles;
+  return std::min(std::floor(static_cast<float>(std::sqrt(components))), static_cast<float>(kMaxCuts - 1));
 }
 
-void check_fits(const char* what, Index have, Index room) {
-  if (have > room) {
-    throw Error("real surface: the mesh has room for " + std::to_string(have) + " " + what + ", max_" + what +
-                " is " + std::to_string(room));
+void check_fits(const char* what, Index have, Index capacity) {
+  if (have > capacity) {
+    throw Error("real surface: the mesh has capacity for " + std::to_string(have) + " " + what + ", max_" +
+                what + " is " + std::to_string(capacity));
   }
 }
 
@@ -54,27 +55,27 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       area_m2_(device, settings.max_raw_samples),
       root_(device, settings.max_raw_samples),
       triangle_(device, settings.max_raw_samples),
-      piece_number_(device, settings.max_vertices),
-      triangle_piece_(device, settings.max_raw_samples),
+      component_number_(device, settings.max_vertices),
+      triangle_component_(device, settings.max_raw_samples),
       triangle_face_(device, settings.max_raw_samples),
       balls_(device, settings.max_raw_samples),
       corners_(device, settings.max_raw_samples),
       parent_(device, settings.max_vertices),
-      piece_samples_(device, settings.max_vertices),
-      candidates_(device, settings.max_samples / kLeastPieceSamples + 1),
+      component_samples_(device, settings.max_vertices),
+      candidates_(device, settings.max_samples / kLeastComponentSamples + 1),
       candidate_count_(device, 1),
       fine_(device, settings.max_raw_samples, settings.max_samples, kFineCell * settings.sample_spacing_m, 2),
       coarse_(device, settings.max_samples, max(settings.max_samples / 4, Index(64)),
               kCoarseCell * settings.sample_spacing_m, 2),
       dt_capture_s_(device, 1),
       previous_m_(device, kFitPoints),
-      fit_(device, kPieces),
+      fit_(device, kComponents),
       fit_points_(device, FirstFitStep::kEvaluations * kFitPoints),
-      piece_parts_(device, kPieces * kPieceParts),
-      pieces_(device, 1),
-      last_pieces_(device, 1),
-      motions_(device, kPieces),
-      measured_(device, kPieces),
+      component_parts_(device, kComponents * kComponentParts),
+      components_(device, 1),
+      last_components_(device, 1),
+      motions_(device, kComponents),
+      measured_(device, kComponents),
       report_(device, 1) {}
 
 void RealSurface::set_coarseness(float spacings) {
@@ -109,8 +110,8 @@ void RealSurface::update(ExecContext& ctx, const MeshView& mesh, View<const floa
 void RealSurface::keep_last_frame(ExecContext& ctx) {
   if (has_frame_) {
     ctx.parallel_for("contact/previous", kFitPoints,
-                     KeepPoints{fine_.view(), piece_parts_.const_view(), pieces_.const_view(),
-                                last_pieces_.view(), previous_m_.view()});
+                     KeepPoints{fine_.view(), component_parts_.const_view(), components_.const_view(),
+                                last_components_.view(), previous_m_.view()});
     return;
   }
   ctx.fill_bytes(candidate_count_.view(), 0);
@@ -120,37 +121,38 @@ void RealSurface::keep_last_frame(ExecContext& ctx) {
 void RealSurface::clear(ExecContext& ctx) {
   ctx.fill_bytes(motions_.view(), 0);
   ctx.fill_bytes(measured_.view(), 0);
-  ctx.fill_bytes(pieces_.view(), 0);
-  ctx.fill_bytes(last_pieces_.view(), 0);
+  ctx.fill_bytes(components_.view(), 0);
+  ctx.fill_bytes(last_components_.view(), 0);
 }
 
 void RealSurface::join_vertices(ExecContext& ctx, const MeshView& mesh) {
   Count vertices = mesh.vertex_count, triangles = mesh.triangle_count;
   vertices.capacity = min(vertices.capacity, mesh.positions_m.size());
   triangles.capacity = min(triangles.capacity, mesh.triangles.size());
-  ctx.parallel_for("contact/pieces_start", vertices,
-                   PieceStart{parent_.view(), piece_samples_.view(), piece_number_.view()});
+  ctx.parallel_for("contact/components_start", vertices,
+                   ComponentStart{parent_.view(), component_samples_.view(), component_number_.view()});
   // It shortens paths for threads that wait for memory; the result is the same.
   if (ctx.device().is_cuda())
-    ctx.parallel_for("contact/pieces_hang", triangles,
+    ctx.parallel_for("contact/components_hang", triangles,
                      HangOnLowest{mesh.triangles, vertices, parent_.view()});
-  ctx.parallel_for("contact/pieces_join", triangles,
+  ctx.parallel_for("contact/components_join", triangles,
                    JoinCorners{mesh.triangles, vertices, VertexForest{parent_.view()}});
 }
 
-/// Numbers the separate pieces, the largest first, and begins to sum up where each one is.
-void RealSurface::find_pieces(ExecContext& ctx) {
-  ctx.parallel_for("contact/pieces_count", fine_.count(),
-                   CountPieceSamples{fine_.view().piece, piece_samples_.view(), candidates_.view(),
-                                     candidate_count_.view()});
+/// Numbers the separate components, the largest first, and begins to sum up where each one is.
+void RealSurface::find_components(ExecContext& ctx) {
+  ctx.parallel_for("contact/components_count", fine_.count(),
+                   CountComponentSamples{fine_.view().component, component_samples_.view(),
+                                         candidates_.view(), candidate_count_.view()});
   ctx.parallel_for(
-      "contact/pieces_choose", 1,
-      ChoosePieces{piece_samples_.const_view(), candidates_.const_view(), candidate_count_.view(),
-                   fine_.view().count, piece_number_.view(), pieces_.view()});
-  ctx.parallel_for("contact/pieces_number", fine_.count(),
-                   NumberSamples{piece_number_.const_view(), pieces_.const_view(), fine_.pieces()});
-  ctx.parallel_for("contact/centroid", kPieceParts,
-                   PiecePartSums{fine_.view(), pieces_.const_view(), piece_parts_.view()});
+      "contact/components_choose", 1,
+      ChooseComponents{component_samples_.const_view(), candidates_.const_view(), candidate_count_.view(),
+                       fine_.view().count, component_number_.view(), components_.view()});
+  ctx.parallel_for(
+      "contact/components_number", fine_.count(),
+      NumberSamples{component_number_.const_view(), components_.const_view(), fine_.components()});
+  ctx.parallel_for("contact/centroid", kComponentParts,
+                   ComponentPartSums{fine_.view(), components_.const_view(), component_parts_.view()});
 }
 
 void RealSurface::make_samples(ExecContext& ctx, const MeshView& mesh) {
@@ -171,23 +173,23 @@ void RealSurface::make_samples(ExecContext& ctx, const MeshView& mesh) {
                                    root_.view(), triangle_.view()});
   fine_.build(ctx, x_m_.const_view(), n_.const_view(), area_m2_.const_view(), root_.const_view(),
               Count(raw_count_.const_view(), settings_.max_raw_samples));
-  find_pieces(ctx);
+  find_components(ctx);
   ctx.parallel_for("contact/triangles", Count(raw_count_.const_view(), settings_.max_raw_samples),
                    SortTriangles{mesh.positions_m, mesh.triangles, cuts, triangle_.const_view(),
-                                 x_m_.const_view(), root_.const_view(), piece_number_.const_view(),
-                                 pieces_.const_view(), fine_.input_cells().order, balls_.view(),
-                                 corners_.view(), triangle_piece_.view(), triangle_face_.view()});
+                                 x_m_.const_view(), root_.const_view(), component_number_.const_view(),
+                                 components_.const_view(), fine_.input_cells().order, balls_.view(),
+                                 corners_.view(), triangle_component_.view(), triangle_face_.view()});
   const SamplesView fine = fine_.view();
-  coarse_.build(ctx, fine.x_m, fine.n, fine.area_m2, fine.piece, fine_.count());
+  coarse_.build(ctx, fine.x_m, fine.n, fine.area_m2, fine.component, fine_.count());
 }
 
 void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
   const float s = spacing_m_;
-  const View<const SurfacePieces> last = last_pieces_.const_view(), now = pieces_.const_view();
+  const View<const SurfaceComponents> last = last_components_.const_view(), now = components_.const_view();
   ctx.parallel_for(
       "contact/match", 1,
-      FitBegin{{piece_parts_.const_view(), last, pieces_.view()},
-               {motions_.const_view(), dt_capture_s, last_pieces_.view(), pieces_.view()},
+      FitBegin{{component_parts_.const_view(), last, components_.view()},
+               {motions_.const_view(), dt_capture_s, last_components_.view(), components_.view()},
                {motions_.const_view(), measured_.const_view(), dt_capture_s, last, now, fit_.view()}});
   const auto fit = [&]<class Step>(bool first, bool far, const Step& step) {
     ctx.parallel_for("contact/fit", Step::kEvaluations * kFitPoints,
@@ -202,24 +204,24 @@ void RealSurface::fit_motion(ExecContext& ctx, View<const float> dt_capture_s) {
   fit(false, false,
       ChooseMotion{fit_.view(), dt_capture_s, 0.5F * s, settings_.max_speed_m_s, now, motions_.view(),
                    measured_.view()});
-  ctx.parallel_for("contact/report", kPieces,
+  ctx.parallel_for("contact/report", kComponents,
                    NoteReport{motions_.const_view(), now, fine_.view().count, raw_overflow_.const_view(),
                               fine_.overflow(), coarse_.overflow(), report_.view()});
 }
 
 void RealSurface::archive(ExecContext& ctx, StateArchive& a) {
-  for (Buffer<SurfacePieces>* pieces : {&pieces_, &last_pieces_}) {
-    std::vector<SurfacePieces> all = to_host(ctx, pieces->const_view());
-    a.values("pieces", all);
-    a.check(all[0].count >= 0 && all[0].count <= kPieces && all[0].lost_count >= 0 &&
-                all[0].lost_count <= kPieces,
-            "pieces");
-    for (const SurfacePiece& piece : all[0].piece)
-      a.check(piece.next >= -1 && piece.next < kPieces && piece.samples >= 0 &&
-                  piece.samples <= settings_.max_samples,
-              "pieces");
+  for (Buffer<SurfaceComponents>* components : {&components_, &last_components_}) {
+    std::vector<SurfaceComponents> all = to_host(ctx, components->const_view());
+    a.values("components", all);
+    a.check(all[0].count >= 0 && all[0].count <= kComponents && all[0].lost_count >= 0 &&
+                all[0].lost_count <= kComponents,
+            "components");
+    for (const SurfaceComponent& component : all[0].component)
+      a.check(component.next >= -1 && component.next < kComponents && component.samples >= 0 &&
+                  component.samples <= settings_.max_samples,
+              "components");
     if (!a.reads()) continue;
-    ctx.upload(all, pieces->view());
+    ctx.upload(all, components->view());
     ctx.synchronize();
   }
   a.buffer(ctx, "motions", motions_);
@@ -234,16 +236,16 @@ void RealSurface::archive(ExecContext& ctx, StateArchive& a) {
   a.buffer(ctx, "report", report_);
 }
 
-std::vector<Index> RealSurface::vertex_pieces(ExecContext& ctx, Index vertices) const {
+std::vector<Index> RealSurface::vertex_components(ExecContext& ctx, Index vertices) const {
   const std::vector<std::uint32_t> parent = to_host(ctx, parent_.const_view().part(0, vertices));
-  std::vector<Index> piece = to_host(ctx, piece_number_.const_view().part(0, vertices));
-  const bool mixed = to_host(ctx, pieces_.const_view())[0].mixed != 0;
-  for (std::size_t v = 0; v < piece.size(); ++v) {
+  std::vector<Index> component = to_host(ctx, component_number_.const_view().part(0, vertices));
+  const bool mixed = to_host(ctx, components_.const_view())[0].mixed != 0;
+  for (std::size_t v = 0; v < component.size(); ++v) {
     std::size_t root = v;
     while (parent[root] != root) root = parent[root];
-    piece[v] = mixed ? piece[root] : 0;  // a root is below the others, and keeps its own number
+    component[v] = mixed ? component[root] : 0;  // a root is below the others, and keeps its own number
   }
-  return piece;
+  return component;
 }
 
 RealSurfaceReport RealSurface::report(ExecContext& ctx) const {

@@ -18,7 +18,7 @@ struct RealSurfaceSettings {
   Index max_vertices = 1 << 17, max_triangles = 1 << 18;  ///< of the meshes that come
   Index max_raw_samples = 1 << 18;  ///< samples before thinning: triangles, each cut to edges <= 1.25 s
   Index max_samples = 1 << 16;      ///< after thinning, about 3 for each s² of surface
-  /// A piece whose centre is faster is an error of reconstruction, and touches nothing in that frame.
+  /// A component whose centre is faster is an error of reconstruction, and touches nothing in that frame.
   float max_speed_m_s = 6;
 };
 
@@ -36,7 +36,7 @@ class RealSurface {
   void update(ExecContext& ctx, const MeshView& mesh, View<const float> dt_capture_s);
 
   /// From the next update on, samples are so many of the settings' spacings apart, at least 1. Contacts are
-  /// the same to rounding; how pieces move is found from fewer points.
+  /// the same to rounding; how components move is found from fewer points.
   void set_coarseness(float spacings);
 
   /// Samples for contact: cells of 2 s.
@@ -45,20 +45,20 @@ class RealSurface {
   SamplesView coarse_samples() const { return coarse_.view(); }
   /// Triangles that decide whether a point touches.
   SurfaceTrianglesView triangles() const {
-    return {balls_.const_view(),         corners_.const_view(),      triangle_piece_.const_view(),
+    return {balls_.const_view(),         corners_.const_view(),      triangle_component_.const_view(),
             triangle_face_.const_view(), fine_.input_cells().ranges, fine_.view().near_rows};
   }
-  /// The piece of each of the last update's first `vertices` vertices; kNoPiece: one that is too small to
-  /// have a motion of its own. Synchronizes.
-  std::vector<Index> vertex_pieces(ExecContext& ctx, Index vertices) const;
+  /// The component of each of the last update's first `vertices` vertices; kNoComponent: one that is too
+  /// small to have a motion of its own. Synchronizes.
+  std::vector<Index> vertex_components(ExecContext& ctx, Index vertices) const;
   /// There is no surface yet. Asynchronous.
   void clear(ExecContext& ctx);
-  /// Archives the state that can't be made from the last frame's mesh: labels and motions of its pieces. The
-  /// surface must have been updated to that mesh. Synchronizes. @throws Error.
+  /// Archives the state that can't be made from the last frame's mesh: labels and motions of its components.
+  /// The surface must have been updated to that mesh. Synchronizes. @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);
-  /// (1) The separate pieces.
-  View<const SurfacePieces> pieces() const { return pieces_.const_view(); }
-  /// (kPieces) How each piece moves from this frame on.
+  /// (1) The separate components.
+  View<const SurfaceComponents> components() const { return components_.const_view(); }
+  /// (kComponents) How each component moves from this frame on.
   View<const SurfaceMotion> motions() const { return motions_.const_view(); }
   /// (1) Of the last update.
   View<const RealSurfaceReport> report_view() const { return report_.const_view(); }
@@ -70,7 +70,7 @@ class RealSurface {
   void keep_last_frame(ExecContext& ctx);
   void join_vertices(ExecContext& ctx, const MeshView& mesh);
   void make_samples(ExecContext& ctx, const MeshView& mesh);
-  void find_pieces(ExecContext& ctx);
+  void find_components(ExecContext& ctx);
   void fit_motion(ExecContext& ctx, View<const float> dt_capture_s);
 
   RealSurfaceSettings settings_;
@@ -79,17 +79,17 @@ class RealSurface {
   Buffer<Index> cuts_, first_, raw_count_, raw_overflow_;
   Buffer<Vec3f> x_m_, n_;
   Buffer<float> area_m2_;
-  Buffer<Index> root_, triangle_, piece_number_, triangle_piece_, triangle_face_;
+  Buffer<Index> root_, triangle_, component_number_, triangle_component_, triangle_face_;
   Buffer<TriangleBall> balls_;
   Buffer<TriangleCorners> corners_;
-  Buffer<std::uint32_t> parent_, piece_samples_, candidates_, candidate_count_;
+  Buffer<std::uint32_t> parent_, component_samples_, candidates_, candidate_count_;
   SampleLevel fine_, coarse_;
   Buffer<float> dt_capture_s_;
   Buffer<Vec3f> previous_m_;
   Buffer<FitState> fit_;
   Buffer<FitSums> fit_points_;
-  Buffer<PieceSums> piece_parts_;
-  Buffer<SurfacePieces> pieces_, last_pieces_;
+  Buffer<ComponentSums> component_parts_;
+  Buffer<SurfaceComponents> components_, last_components_;
   Buffer<SurfaceMotion> motions_;
   Buffer<MeasuredMotions> measured_;
   Buffer<RealSurfaceReport> report_;

@@ -10,15 +10,15 @@
 
 namespace tactus {
 
-/// The motion of a piece of the surface at one time, worked out once for all points.
+/// The motion of a component of the surface at one time, worked out once for all points.
 struct SurfacePose {
   SurfaceMotion motion;
-  SurfacePiece piece;
+  SurfaceComponent component;
   Mat3f turn = Mat3f::identity();  ///< R(w t)
   Vec3f center_m;                  ///< c + v t
   /// False only where nothing of it is within reach_m of a point, taken to its capture.
   TACTUS_HD bool may_touch(Vec3f p_capture_m, float reach_m) const {
-    return motion.source != MotionSource::too_fast && piece.may_reach(p_capture_m, reach_m);
+    return motion.source != MotionSource::too_fast && component.may_reach(p_capture_m, reach_m);
   }
   /// Where the material that is at p_m now was at the surface's capture.
   TACTUS_HD Vec3f to_capture(Vec3f p_m) const { return motion.center_m + transpose(turn) * (p_m - center_m); }
@@ -27,15 +27,15 @@ struct SurfacePose {
   }
 };
 
-/// All pieces and tools at one time.
+/// All components and tools at one time.
 struct SurfacePoses {
-  Index count = 0;    ///< of pieces, >= 1
-  Vec3f reference_m;  ///< centre of moments: the centre of gravity of all pieces at their capture
-  SurfacePose piece[kPieces];
+  Index count = 0;    ///< of components, >= 1
+  Vec3f reference_m;  ///< centre of moments: the centre of gravity of all components at their capture
+  SurfacePose component[kComponents];
   Index tools = 0;
   ToolPose tool[kMostTools];
-  /// Which samples a search for piece k takes: kAnyPiece where all are its own.
-  TACTUS_HD Index own(Index k) const { return count > 1 ? k : kAnyPiece; }
+  /// Which samples a search for component k takes: kAnyComponent where all are its own.
+  TACTUS_HD Index own(Index k) const { return count > 1 ? k : kAnyComponent; }
 };
 
 /// When in a frame the surface is met, relative to its capture. To end on the measured surface, dt_frame_s is
@@ -75,24 +75,24 @@ struct SubstepsTo {
   TACTUS_HD Index pose(Index point) const { return substep + steps(point) - 1; }
 };
 
-/// Thread i: all pieces and tools after i + 1 substeps.
+/// Thread i: all components and tools after i + 1 substeps.
 struct PoseSurface {
   static constexpr int kGrain = 16;
   View<const SurfaceMotion> motion;
-  View<const SurfacePieces> pieces;
+  View<const SurfaceComponents> components;
   ContactTimes times;
   View<SurfacePoses> poses;
   View<const ToolMotion> tools = {};
   TACTUS_HD void load() { times.load(); }
   TACTUS_HD void operator()(Index i) const {
-    const SurfacePieces& all = pieces[0];
+    const SurfaceComponents& all = components[0];
     SurfacePoses& out = poses[i];
     const float time_s = times.after_s(i + 1);
     float area = 0;
     Vec3f x{};
     for (Index k = 0; k < all.count; ++k) {
       const SurfaceMotion& m = motion[k];
-      out.piece[k] = {m, all.piece[k], m.turn(time_s), m.center_m + time_s * m.velocity_m_s};
+      out.component[k] = {m, all.component[k], m.turn(time_s), m.center_m + time_s * m.velocity_m_s};
       area += m.area_m2;
       x += m.area_m2 * m.center_m;
     }
@@ -147,7 +147,7 @@ struct TouchingPoints {
 };
 
 /// Block: points that sleep together, of which mostly none touches. Finds the effective mass of a touching
-/// point's impulse, and with it notes the reaction on its owner.
+/// point's impulse, and with it notes the reaction on its collider.
 ///
 /// A point that is a mean of nodes, u = sum w_k v_k, changes by sum w_k²/m_k J under an impulse J on it.
 /// Points share nodes, so all of them together change a point's velocity by more than its own impulse does:
@@ -186,7 +186,7 @@ struct WeighPoints {
     const float mass = body.state.mass_kg[i] = 1.F / inverse_mass(i);
     const PointContact& contact = body.state.contact[i];
     if (body.table.points[i].weight[0] != 0.F && body.table.rows[8 * i] < body.table.own)
-      note(i, contact, -mass * contact.kick_m_s);
+      note(i, contact, -mass * contact.velocity_correction_m_s);
   }
   /// D of a point. A held node counts, too, though it stays: A is smaller then, so the bound holds. Else the
   /// little weight of a free node beside it would have to make up for all, and the node be thrown far off.
@@ -201,21 +201,21 @@ struct WeighPoints {
     return sum;
   }
   TACTUS_HD void note(Index i, const PointContact& contact, Vec3f impulse_N_s) const {
-    const bool moved = dot(contact.push_m, contact.push_m) > 0.F;
+    const bool moved = dot(contact.position_correction_m, contact.position_correction_m) > 0.F;
     if (is_push_out != 0 && !moved) return;  // a contact of the last correction
     ContactRecord& record = body.state.records[i];
     if (body.state.recorded[i]++ == 0)
       record = {};
-    else if (record.owner != contact.owner)
+    else if (record.collider != contact.collider)
       move_on(record);
-    record.owner = contact.owner;
-    atomic_store(body.state.owner_used[contact.owner], 1U);
+    record.collider = contact.collider;
+    atomic_store(body.state.collider_used[contact.collider], 1U);
     record.add({impulse_N_s, cross(contact.x_m - poses[0].reference_m, impulse_N_s), contact.depth_m,
-                1 - is_push_out, is_push_out, contact.owner});
+                1 - is_push_out, is_push_out, contact.collider});
   }
-  /// Adds the reaction on the point's last owner to that owner's sums.
+  /// Adds the reaction on the point's last collider to that collider's sums.
   TACTUS_HD void move_on(ContactRecord& record) const {
-    body.state.moved_on[record.owner].add_atomically(record.impulse_N_s, record.moment_N_m_s);
+    body.state.moved_on[record.collider].add_atomically(record.impulse_N_s, record.moment_N_m_s);
     record.impulse_N_s = record.moment_N_m_s = {};
   }
 };
@@ -262,8 +262,8 @@ struct ApplyContacts {
     if (i >= end_point || body.state.touching[i] != 1) return;
     const float share = body.state.mass_kg[i] * body.table.points[i].weight[corner];
     const PointContact& contact = body.state.contact[i];
-    impulse += share * contact.kick_m_s;
-    push += share * contact.push_m;
+    impulse += share * contact.velocity_correction_m_s;
+    push += share * contact.position_correction_m;
   }
   TACTUS_HD void move(Index row, const Vec3f* impulses, const Vec3f* pushes) const {
     const Index node = body.table.nodes[row];
@@ -279,9 +279,9 @@ struct ApplyContacts {
   }
 };
 
-/// Brings back points that are inside a piece of the real object, but too deep for a triangle within reach:
-/// behind the nearest coarse sample, and inside by the winding number of all coarse samples of the piece
-/// (Barill et al. 2018).
+/// Brings back points that are inside a component of the real object, but too deep for a triangle within
+/// reach: behind the nearest coarse sample, and inside by the winding number of all coarse samples of the
+/// component (Barill et al. 2018).
 struct DeepRescue {
   static constexpr int kGrain = 64;
   ContactTimes times;  ///< a frame without substeps has no pose of the surface
@@ -294,15 +294,15 @@ struct DeepRescue {
     if (times.substeps == 0 || body.nodes.has_stopped()) return;
     if (body.state.touching[i] == 1) {  // of the last correction: not to be done again
       PointContact& contact = body.state.contact[i];
-      contact.push_m = contact.kick_m_s = {};
+      contact.position_correction_m = contact.velocity_correction_m_s = {};
     }
     const SurfacePoses& all = boundaries.poses[0];
     if (all.count == 0) return;
-    const Vec3f leader = body.nodes.position(body.table.points[i].node[0]);
+    const Vec3f reference_node = body.nodes.position(body.table.points[i].node[0]);
     for (Index k = 0; k < all.count; ++k) {
-      const Vec3f near = all.piece[k].to_capture(leader);
+      const Vec3f near = all.component[k].to_capture(reference_node);
       // A point inside a closed surface is inside its box.
-      if (all.piece[k].may_touch(near, body.margin_m) && boundaries.coarse.may_be_near(near))
+      if (all.component[k].may_touch(near, body.margin_m) && boundaries.coarse.may_be_near(near))
         push_out(i, all, k);
     }
   }
@@ -310,7 +310,7 @@ struct DeepRescue {
  private:
   TACTUS_HD void push_out(Index i, const SurfacePoses& all, Index k) const {
     const EmbeddedPoint& point = body.table.points[i];
-    const SurfacePose& now = all.piece[k];
+    const SurfacePose& now = all.component[k];
     const Vec3f x = body.position(point), p = now.to_capture(x);
     const Index own = all.own(k);
     if (!now.may_touch(p, 0.F) || !body.moves(point) || has_fine_sample(p, own)) return;
@@ -329,7 +329,7 @@ struct DeepRescue {
     const float gap = dot(p - coarse.x_m[nearest], coarse.n[nearest]);
     if (!(gap < 0.F) || !inside(p, own)) return;
     const Vec3f n = now.turn * coarse.n[nearest], push = -gap * n;
-    body.state.contact[i] = {x + push, push, {}, -gap, k, n, x + push, 0, {}, now.piece.label};
+    body.state.contact[i] = {x + push, push, {}, -gap, k, n, x + push, 0, {}, now.component.label};
     body.set_touching(i, point, 1);
   }
   TACTUS_HD bool has_fine_sample(Vec3f p, Index own) const {
@@ -353,35 +353,35 @@ struct DeepRescue {
   }
 };
 
-/// Sums the records of each owner, as integers. Block: owner.
+/// Sums the records of each collider, as integers. Block: collider.
 struct SumRecords {
   static constexpr int kThreads = 256;
   View<const Index> recorded;
   View<const ContactRecord> records;
   View<ReactionSums> moved_on;
-  View<std::uint32_t> owner_used;
-  View<OwnerTotals> totals;  ///< (kOwners)
+  View<std::uint32_t> collider_used;
+  View<ColliderTotals> totals;  ///< (kColliders)
   struct Shared {
-    OwnerTotals of_thread[kThreads];
+    ColliderTotals of_thread[kThreads];
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index owner = b.index(), count = owner_used[owner] != 0U ? recorded.size() : 0;
+    const Index collider = b.index(), count = collider_used[collider] != 0U ? recorded.size() : 0;
     b.for_each_thread([&](int t) {
-      OwnerTotals sum{};
+      ColliderTotals sum{};
       for (Index i = t; i < count; i += kThreads) {
-        if (recorded[i] != 0 && records[i].owner == owner) sum.add(records[i]);
+        if (recorded[i] != 0 && records[i].collider == collider) sum.add(records[i]);
       }
       s.of_thread[t] = sum;
     });
     fold<kThreads>(b, kThreads, [&](int t, int other) { s.of_thread[t].add(s.of_thread[other]); });
     b.on_one_thread([&] {
-      OwnerTotals sum = s.of_thread[0];
-      sum.sums.add(moved_on[owner]);
-      sum.owner = owner;
-      totals[owner] = sum;
-      moved_on[owner] = {};
-      owner_used[owner] = 0;
+      ColliderTotals sum = s.of_thread[0];
+      sum.sums.add(moved_on[collider]);
+      sum.collider = collider;
+      totals[collider] = sum;
+      moved_on[collider] = {};
+      collider_used[collider] = 0;
     });
   }
 };

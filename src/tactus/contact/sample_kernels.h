@@ -7,8 +7,8 @@
 
 namespace tactus {
 
-inline constexpr Index kNoPiece = -1;   ///< of samples that borrow the first piece's motion
-inline constexpr Index kAnyPiece = -2;  ///< asks for samples of any piece
+inline constexpr Index kNoComponent = -1;   ///< of samples that borrow the first component's motion
+inline constexpr Index kAnyComponent = -2;  ///< asks for samples of any component
 
 /// Cells of samples are sought in a table of 32^3, so a row of them along x is one word.
 inline constexpr int kCellBits = 5;
@@ -25,11 +25,11 @@ TACTUS_HD inline bool near_any_cell(const CellGrid& grid, View<const std::uint32
 
 /// Samples of a closed surface, sorted by cells.
 struct SamplesView {
-  View<const Vec3f> x_m;                ///< position [m]
-  View<const Vec3f> n;                  ///< unit normal, outward
-  View<const float> area_m2;            ///< area that the sample stands for [m²]
-  View<const Index> piece;              ///< which separate piece of the surface it is on (piece_kernels.h)
-  CellRanges cells;                     ///< runs of samples by cell
+  View<const Vec3f> x_m;        ///< position [m]
+  View<const Vec3f> n;          ///< unit normal, outward
+  View<const float> area_m2;    ///< area that the sample stands for [m²]
+  View<const Index> component;  ///< which separate component of the surface it is on (component_kernels.h)
+  CellRanges cells;             ///< runs of samples by cell
   View<const std::uint32_t> near_rows;  ///< (kCellRows) see NearRows
   View<const Index> count;              ///< (1) number of samples
   /// f(i) for all samples in the 27 cells around p; most points are near none, and that costs one look.
@@ -38,22 +38,22 @@ struct SamplesView {
     if (may_be_near(p_m)) cells.for_each_slot(p_m, f);
   }
   TACTUS_HD bool may_be_near(Vec3f p_m) const { return near_any_cell(cells.grid, near_rows, p_m); }
-  /// Whether sample i moves with that piece.
+  /// Whether sample i moves with that component.
   TACTUS_HD bool is_of(Index wanted, Index i) const {
-    return wanted == kAnyPiece || max(piece[i], Index(0)) == wanted;
+    return wanted == kAnyComponent || max(component[i], Index(0)) == wanted;
   }
 };
 
-inline constexpr Index kMaxCuts = 32;  ///< a triangle's edge is cut into fewer pieces than that
+inline constexpr Index kMaxCuts = 32;  ///< a triangle's edge is cut into fewer components than that
 
-/// How many pieces of at most edge_m the longest edge of a triangle is cut into, squared; 0 for triangles
+/// How many components of at most edge_m the longest edge of a triangle is cut into, squared; 0 for triangles
 /// without area, with non-finite corners or with indices that are no vertices.
 struct TriangleCuts {
   View<const Vec3f> vertices_m;
   Count vertex_count;
   View<const Vec3i> triangles;
   float edge_m;
-  float most;        ///< pieces along an edge
+  float most;        ///< components along an edge
   View<Index> cuts;  ///< out
   TACTUS_HD void operator()(Index t) const {
     cuts[t] = 0;
@@ -67,13 +67,13 @@ struct TriangleCuts {
     const float longest = tactus::sqrt(max(dot(ab, ab), max(dot(ac, ac), dot(bc, bc))));
     const float k = min(longest / edge_m, most);
     const Index whole = floor_to_int(k);
-    const Index pieces = max(Index(1), static_cast<float>(whole) < k ? whole + 1 : whole);
-    cuts[t] = pieces * pieces;
+    const Index components = max(Index(1), static_cast<float>(whole) < k ? whole + 1 : whole);
+    cuts[t] = components * components;
   }
 };
 
-/// A sample in the middle of each of the k² equal pieces of a triangle (two neighbouring triangles never make
-/// the same one, so edges need no owner).
+/// A sample in the middle of each of the k² equal components of a triangle (two neighbouring triangles never
+/// make the same one, so edges need no collider).
 struct TriangleSamples {
   View<const Vec3f> vertices_m;
   View<const Vec3f> normals;  ///< per vertex, or empty: the triangle's
@@ -82,7 +82,7 @@ struct TriangleSamples {
   VertexForest forest;
   View<Vec3f> x_m, n;
   View<float> area_m2;
-  View<Index> root;  ///< of the piece that the triangle is on
+  View<Index> root;  ///< of the component that the triangle is on
   View<Index> triangle;
   TACTUS_HD void operator()(Index t) const {
     if (cuts[t] == 0) return;
@@ -157,7 +157,7 @@ struct SampleLabels {
 inline constexpr Index kLabelsAhead = 8;  ///< that a GPU fetches while it waits for one
 
 /// 1 for the first slot of every label.
-struct SampleLeaders {
+struct SampleReferenceNodes {
   CellRanges cells;
   View<const std::uint32_t> keys;
   View<const std::uint64_t> labels;
@@ -227,21 +227,21 @@ struct NearRows {
   }
 };
 
-/// One sample for all of a label: area-weighted middle and normal. Block o: leader o. Its threads share the
-/// slots of the leader's cell, and add up their sums in pairs.
+/// One sample for all of a label: area-weighted middle and normal. Block o: reference_node o. Its threads
+/// share the slots of the reference_node's cell, and add up their sums in pairs.
 struct MergeSamples {
   static constexpr int kThreads = 32;
-  View<const Index> leaders;
+  View<const Index> reference_nodes;
   CellRanges cells;
   View<const Index> order;
   View<const std::uint32_t> keys;
   View<const std::uint64_t> labels;
   View<const Vec3f> x_m, n;
   View<const float> area_m2;
-  View<const Index> piece;
+  View<const Index> component;
   View<Vec3f> x_out_m, n_out;
   View<float> area_out_m2;
-  View<Index> piece_out;  ///< the leader's
+  View<Index> component_out;  ///< the reference_node's
   View<std::uint32_t> keys_out;
   struct Sum {
     Vec3f x_m3, normal_m2;
@@ -252,7 +252,7 @@ struct MergeSamples {
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    b.for_each_thread([&](int t) { s.of[t] = sum(leaders[b.index()], t); });
+    b.for_each_thread([&](int t) { s.of[t] = sum(reference_nodes[b.index()], t); });
     for (int half = kThreads / 2; half > 0; half /= 2) {
       b.for_threads(half, [&](int t) {
         s.of[t].x_m3 += s.of[t + half].x_m3;
@@ -265,12 +265,12 @@ struct MergeSamples {
 
  private:
   /// Over every 32nd slot.
-  TACTUS_HD Sum sum(Index leader, Index t) const {
-    const std::uint64_t label = labels[leader];
-    const Vec3f origin = x_m[order[leader]];
+  TACTUS_HD Sum sum(Index reference_node, Index t) const {
+    const std::uint64_t label = labels[reference_node];
+    const Vec3f origin = x_m[order[reference_node]];
     Sum sum;
-    for (Index slot = leader + t, last = cells.end[static_cast<Index>(keys[leader])]; slot < last;
-         slot += kThreads) {
+    for (Index slot = reference_node + t, last = cells.end[static_cast<Index>(keys[reference_node])];
+         slot < last; slot += kThreads) {
       if (labels[slot] != label) continue;
       const Index i = order[slot];
       sum.area_m2 += area_m2[i];
@@ -280,12 +280,12 @@ struct MergeSamples {
     return sum;
   }
   TACTUS_HD void write(Index o, const Sum& sum) const {
-    const Index leader = leaders[o], i = order[leader];
+    const Index reference_node = reference_nodes[o], i = order[reference_node];
     x_out_m[o] = x_m[i] + sum.x_m3 / sum.area_m2;
     n_out[o] = normalized(sum.normal_m2, n[i]);
     area_out_m2[o] = sum.area_m2;
-    piece_out[o] = piece[i];
-    keys_out[o] = keys[leader];
+    component_out[o] = component[i];
+    keys_out[o] = keys[reference_node];
   }
 };
 

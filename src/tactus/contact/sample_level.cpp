@@ -7,13 +7,13 @@ SampleLevel::SampleLevel(Device& device, Index max_in, Index max_out, float cell
       list_(device, max_in, cell_m, kCellBits),
       labels_(device, max_in),
       flags_(device, max_in),
-      leaders_(device, max_in),
-      leader_count_(device, 1),
+      reference_nodes_(device, max_in),
+      reference_node_count_(device, 1),
       count_(device, 1),
       overflow_(device, 1),
       begin_(device, list_.grid().cell_count()),
       end_(device, list_.grid().cell_count()),
-      piece_(device, max_out),
+      component_(device, max_out),
       x_m_(device, max_out),
       n_(device, max_out),
       area_m2_(device, max_out),
@@ -21,21 +21,23 @@ SampleLevel::SampleLevel(Device& device, Index max_in, Index max_out, float cell
       near_rows_(device, kCellRows) {}
 
 void SampleLevel::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n,
-                        View<const float> area_m2, View<const Index> piece, Count count) {
+                        View<const float> area_m2, View<const Index> component, Count count) {
   list_.build(ctx, x_m, count);
   const CellListView cells = list_.view();
   ctx.parallel_for("contact/labels", count,
                    SampleLabels{list_.grid(), subcells_, cells.order, list_.keys(), x_m, n, labels_.view()});
-  ctx.parallel_for("contact/leaders", count,
-                   SampleLeaders{cells.ranges, list_.keys(), labels_.const_view(), flags_.view()});
-  ctx.compact("contact/leaders", count, flags_.const_view(), leaders_.view(), leader_count_.view());
-  ctx.parallel_for("contact/limit", 1,
-                   LimitCount{leader_count_.const_view(), x_m_.size(), count_.view(), overflow_.view()});
+  ctx.parallel_for("contact/reference_nodes", count,
+                   SampleReferenceNodes{cells.ranges, list_.keys(), labels_.const_view(), flags_.view()});
+  ctx.compact("contact/reference_nodes", count, flags_.const_view(), reference_nodes_.view(),
+              reference_node_count_.view());
   ctx.parallel_for(
-      "contact/merge", this->count(),
-      MergeSamples{leaders_.const_view(), cells.ranges, cells.order, list_.keys(), labels_.const_view(), x_m,
-                   n, area_m2, piece, x_m_.view(), n_.view(), area_m2_.view(), piece_.view(), keys_.view()});
-  // Leaders are in the order of slots, so merged samples are already sorted by cells.
+      "contact/limit", 1,
+      LimitCount{reference_node_count_.const_view(), x_m_.size(), count_.view(), overflow_.view()});
+  ctx.parallel_for("contact/merge", this->count(),
+                   MergeSamples{reference_nodes_.const_view(), cells.ranges, cells.order, list_.keys(),
+                                labels_.const_view(), x_m, n, area_m2, component, x_m_.view(), n_.view(),
+                                area_m2_.view(), component_.view(), keys_.view()});
+  // ReferenceNodes are in the order of slots, so merged samples are already sorted by cells.
   find_cell_ranges(ctx, keys_.const_view(), this->count(), list_.grid(), begin_.view(), end_.view());
   ctx.parallel_for("contact/near_rows", kRowCells, NearRows{end_.const_view(), near_rows_.view()});
 }
@@ -44,7 +46,7 @@ SamplesView SampleLevel::view() const {
   return {x_m_.const_view(),
           n_.const_view(),
           area_m2_.const_view(),
-          piece_.const_view(),
+          component_.const_view(),
           {list_.grid(), begin_.const_view(), end_.const_view()},
           near_rows_.const_view(),
           count_.const_view()};

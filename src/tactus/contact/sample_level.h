@@ -13,9 +13,9 @@ class SampleLevel {
 
   /// Merges the first `count` samples. Samples that don't fit into max_out are dropped and counted in
   /// overflow().
-  /// @param piece of each sample: kept, those that are merged get their first one's
+  /// @param component of each sample: kept, those that are merged get their first one's
   void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Vec3f> n, View<const float> area_m2,
-             View<const Index> piece, Count count);
+             View<const Index> component, Count count);
 
   /// Edge of the search cells of the builds from now on [m].
   void set_cell_m(float cell_m) { list_.set_cell_m(cell_m); }
@@ -23,7 +23,7 @@ class SampleLevel {
   SamplesView view() const;
   /// Cells of the samples that were merged: slots, and the input's number of each slot.
   CellListView input_cells() const { return list_.view(); }
-  View<Index> pieces() { return piece_.view(); }
+  View<Index> components() { return component_.view(); }
   Count count() const { return Count(count_.const_view(), x_m_.size()); }
   View<const Index> overflow() const { return overflow_.const_view(); }
 
@@ -31,7 +31,7 @@ class SampleLevel {
   float subcells_;
   CellList list_;
   Buffer<std::uint64_t> labels_;
-  Buffer<Index> flags_, leaders_, leader_count_, count_, overflow_, begin_, end_, piece_;
+  Buffer<Index> flags_, reference_nodes_, reference_node_count_, count_, overflow_, begin_, end_, component_;
   Buffer<Vec3f> x_m_, n_;
   Buffer<float> area_m2_;
   Buffer<std::uint32_t> keys_, near_rows_;

@@ -1,7 +1,7 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
+#include "tactus/contact/component_kernels.h"
 #include "tactus/contact/fit_kernels.h"
 #include "tactus/contact/motion_kernels.h"
-#include "tactus/contact/piece_kernels.h"
 #include "tactus/contact/sample_kernels.h"
 #include "tactus/contact/surface_report.h"
 #include "tactus/contact/surface_triangles.h"
@@ -9,19 +9,19 @@
 TACTUS_CUDA_KERNEL(tactus::TriangleCuts);
 TACTUS_CUDA_KERNEL(tactus::TriangleSamples);
 TACTUS_CUDA_KERNEL(tactus::SampleLabels);
-TACTUS_CUDA_KERNEL(tactus::SampleLeaders);
+TACTUS_CUDA_KERNEL(tactus::SampleReferenceNodes);
 TACTUS_CUDA_KERNEL(tactus::LimitCount);
 TACTUS_CUDA_KERNEL(tactus::LimitSum);
 TACTUS_CUDA_KERNEL(tactus::MergeSamples);
 TACTUS_CUDA_KERNEL(tactus::NearRows);
-TACTUS_CUDA_KERNEL(tactus::PieceStart);
+TACTUS_CUDA_KERNEL(tactus::ComponentStart);
 TACTUS_CUDA_KERNEL(tactus::HangOnLowest);
 TACTUS_CUDA_KERNEL(tactus::JoinCorners);
-TACTUS_CUDA_KERNEL(tactus::CountPieceSamples);
-TACTUS_CUDA_KERNEL(tactus::ChoosePieces);
+TACTUS_CUDA_KERNEL(tactus::CountComponentSamples);
+TACTUS_CUDA_KERNEL(tactus::ChooseComponents);
 TACTUS_CUDA_KERNEL(tactus::NumberSamples);
 TACTUS_CUDA_KERNEL(tactus::SortTriangles);
-TACTUS_CUDA_KERNEL(tactus::PiecePartSums);
+TACTUS_CUDA_KERNEL(tactus::ComponentPartSums);
 TACTUS_CUDA_KERNEL(tactus::KeepPoints);
 TACTUS_CUDA_KERNEL(tactus::FitBegin);
 TACTUS_CUDA_KERNEL(tactus::FitPoints);

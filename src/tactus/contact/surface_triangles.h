@@ -1,12 +1,12 @@
 #pragma once
 /// The triangles of a boundary's surface, sorted by cells, and how far a point is from them. Contact is
 /// decided here and by nothing coarser: a point outside the surface has no contact, however near it is.
-#include "tactus/contact/piece_kernels.h"
+#include "tactus/contact/component_kernels.h"
 #include "tactus/geom/closest_point.h"
 
 namespace tactus {
 
-/// A ball that holds a piece of a triangle.
+/// A ball that holds a component of a triangle.
 struct TriangleBall {
   Vec3f middle_m;
   float radius_m;
@@ -90,7 +90,7 @@ struct SeenTriangle {
 /// Those that share the nearest edge or corner tell the side together: by their normals, weighted by their
 /// angles there (Baerentzen & Aanaes 2005). The nearest point q is on all their planes, so
 /// (p - q) . sum_t w_t n_t is the weighted sum of p's distances from the planes. It is summed as an integer,
-/// in any order. A triangle in several pieces counts once.
+/// in any order. A triangle in several components counts once.
 struct GapOfTriangles {
   float reach2_m2, nearest2_m2, facing2_m2;  ///< squared distances
   float share = 2;
@@ -162,7 +162,7 @@ struct SideOfTied {
   Index faces[kMost], count = 0;
   std::int64_t side = 0;
   TACTUS_HD explicit SideOfTied(float nearest_m2) : nearest2_m2(nearest_m2) {}
-  /// @param face the triangle that the slot is a piece of
+  /// @param face the triangle that the slot is a component of
   TACTUS_HD void weigh(const SeenTriangle& t, Index face, const TriangleCorners& corners, Vec3f p) {
     if (!GapOfTriangles::ties(t.distance2_m2, nearest2_m2)) return;
     for (int k = 0; k < min(count, kMost); ++k) {
@@ -181,25 +181,25 @@ struct SideOfTied {
 struct SurfaceTrianglesView {
   View<const TriangleBall> balls;  ///< by slot, as the next two
   View<const TriangleCorners> corners;
-  View<const Index> piece;  ///< >= 0
-  View<const Index> face;   ///< the triangle that it is a part of
-  CellRanges cells;         ///< runs of slots
+  View<const Index> component;  ///< >= 0
+  View<const Index> face;       ///< the triangle that it is a part of
+  CellRanges cells;             ///< runs of slots
   View<const std::uint32_t> near_rows;
 
-  /// A piece of a triangle lies within that much of its middle, in cells: 2/3 of edges of 1.25 spacings,
+  /// A component of a triangle lies within that much of its middle, in cells: 2/3 of edges of 1.25 spacings,
   /// where cells have 2.
   static constexpr float kLargestBall = 0.42F;
   /// All triangles that are nearer are in the 27 cells round a point.
   TACTUS_HD float sure_reach_m() const { return (1.F - kLargestBall) / cells.grid.inverse_cell_1_m; }
   /// Whether any triangle can be within sure_reach_m() of p. Most points are near none; that costs one look.
   TACTUS_HD bool may_be_near(Vec3f p_m) const { return near_any_cell(cells.grid, near_rows, p_m); }
-  TACTUS_HD bool is_of(Index own, Index slot) const { return own == kAnyPiece || piece[slot] == own; }
+  TACTUS_HD bool is_of(Index own, Index slot) const { return own == kAnyComponent || component[slot] == own; }
   /// A point that touched was put on the surface, to rounding.
   TACTUS_HD static float slack_m(float reach_m) { return 0.02F * reach_m; }
 
   /// The gap of a point that is inside, or crossed the surface since it was at `before_m`, by all triangles
-  /// that count. @param own the piece whose triangles count, or kAnyPiece @param reach_m no triangle farther
-  /// than that counts; at most the cells' edge @param facing the normal where it touched last, or 0
+  /// that count. @param own the component whose triangles count, or kAnyComponent @param reach_m no triangle
+  /// farther than that counts; at most the cells' edge @param facing the normal where it touched last, or 0
   TACTUS_HD SurfaceGap gap(Index own, Vec3f p_m, Vec3f before_m, float reach_m, Vec3f facing) const {
     GapOfTriangles found(reach_m);
     const float way = min(length(p_m - before_m), reach_m);
@@ -256,15 +256,15 @@ struct SurfaceTrianglesView {
 struct SortTriangles {
   View<const Vec3f> vertices_m;
   View<const Vec3i> triangles;
-  View<const Index> cuts;      ///< per triangle: k² pieces
+  View<const Index> cuts;      ///< per triangle: k² components
   View<const Index> triangle;  ///< of each sample
-  View<const Vec3f> x_m;       ///< middle of its piece
+  View<const Vec3f> x_m;       ///< middle of its component
   View<const Index> root, number;
-  View<const SurfacePieces> pieces;
+  View<const SurfaceComponents> components;
   View<const Index> order;
   View<TriangleBall> balls;
   View<TriangleCorners> corners;
-  View<Index> piece, face;
+  View<Index> component, face;
   TACTUS_HD void operator()(Index slot) const {
     const Index i = order[slot], t = triangle[i];
     const Vec3i v = triangles[t];
@@ -272,11 +272,11 @@ struct SortTriangles {
     const Vec3f middle = (1.F / 3) * ((all.a + all.b) + all.c);
     const Vec3f a = all.a - middle, b = all.b - middle, c = all.c - middle;
     const float radius2 = max(dot(a, a), max(dot(b, b), dot(c, c)));
-    // A piece is the triangle k times smaller; 1e-4 for rounding.
+    // A component is the triangle k times smaller; 1e-4 for rounding.
     balls[slot] = {x_m[i], 1.0001F * tactus::sqrt(radius2 / static_cast<float>(cuts[t]))};
     corners[slot] = all;
     face[slot] = t;
-    piece[slot] = pieces[0].mixed != 0 ? max(number[root[i]], Index(0)) : 0;
+    component[slot] = components[0].mixed != 0 ? max(number[root[i]], Index(0)) : 0;
   }
 };
 

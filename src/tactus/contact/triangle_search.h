@@ -5,8 +5,8 @@
 
 namespace tactus {
 
-/// A point as it meets one owner, in the coordinates of the owner's triangles: those of a piece at its
-/// capture.
+/// A point as it meets one collider, in the coordinates of the collider's triangles: those of a component at
+/// its capture.
 struct MeetingPoint {
   Vec3f p_m, before_m;  ///< now, and at the last correction
   Vec3f facing;         ///< normal where it touched last, or 0
@@ -63,13 +63,13 @@ struct DecidingTriangles {
   }
 };
 
-/// A search round one point for the triangles of one owner, by all lanes of a block. Blocks wait for their
+/// A search round one point for the triangles of one collider, by all lanes of a block. Blocks wait for their
 /// threads that work alone, so a GPU is to hold several: on an H200, frames with 64 lanes and with 256 are
 /// slower.
 struct TriangleSearch {
   static constexpr int kLanes = 128, kCells = 27, kOwnCell = 13, kCandidates = 32;
   MeetingPoint at;
-  float way_m;  ///< since the last correction, at most the reach
+  float displacement_m;  ///< since the last correction, at most the reach
   Index begin[kCells], end[kCells];
   float far2[kCells];         ///< squared distance to the cell, in cells
   int runs, cell_of[kCells];  ///< runs of slots: those of cells that come near enough
@@ -119,7 +119,7 @@ struct TriangleSearch {
   /// So far away a triangle may have to be listed, as far as is known.
   TACTUS_HD float listed_within_m(float reach_m, float margin_m) const {
     const bool is_near = least.found() && !touched();
-    return max(way_m, is_near ? min(least.value(), reach_m) : reach_m) + 2 * margin_m;
+    return max(displacement_m, is_near ? min(least.value(), reach_m) : reach_m) + 2 * margin_m;
   }
   /// Strings together the slots of all cells that come so near.
   template <class Block>
@@ -182,12 +182,12 @@ struct TriangleSearch {
     deciding.least = {};
     deciding.count = 0;
     deciding.reach2_m2 = sqr(reach_m);
-    within_m = touched() ? reach_m : max(way_m, nearest_within_m(reach_m));
+    within_m = touched() ? reach_m : max(displacement_m, nearest_within_m(reach_m));
   }
   /// Once distances are known, only the nearest count, or those on the way.
   TACTUS_HD void narrow_gap() {
-    within_m = max(way_m, (1.F + GapOfTriangles::kTie) *
-                              tactus::sqrt(touched() ? deciding.facing2() : deciding.nearest2()));
+    within_m = max(displacement_m, (1.F + GapOfTriangles::kTie) *
+                                       tactus::sqrt(touched() ? deciding.facing2() : deciding.nearest2()));
   }
   TACTUS_HD bool touched() const { return dot(at.facing, at.facing) > 0.F; }
   TACTUS_HD SurfaceGap gap(const SurfaceTrianglesView& mesh, Index own, float reach_m) const {
@@ -234,7 +234,7 @@ struct TriangleSearch {
   /// So far a list has to reach, at least. Distances are rounded and compared with a tolerance.
   TACTUS_HD float needed_m(const Nearest& all, float reach_m) const {
     const float far = !touched() || all.side_m >= 0.F ? 0.F : facing.found() ? facing.value() : reach_m;
-    return (1.F + 2 * GapOfTriangles::kTie) * max(max(all.distance_m, way_m), far);
+    return (1.F + 2 * GapOfTriangles::kTie) * max(max(all.distance_m, displacement_m), far);
   }
   /// The nearest of the candidates; inside, which is looked at more closely, where any of the nearest says
   /// so.
@@ -252,10 +252,10 @@ struct TriangleSearch {
 };
 
 /// The gap of a point with too many triangles for a list, by all lanes of a block: one thread alone takes
-/// half a millisecond. tell(gap)
+/// half a millisecond. report(gap)
 template <class Block, class F>
 TACTUS_HD void find_gap_together(const Block& b, TriangleSearch& q, const SurfaceTrianglesView& mesh,
-                                 Index own, float reach_m, F&& tell) {
+                                 Index own, float reach_m, F&& report) {
   const auto for_each_seen = [&](auto&& f) {
     TriangleSearch::for_lanes(
         b, [&](int lane) { q.for_each_seen(mesh, own, reach_m, lane, TriangleSearch::lanes<Block>(), f); });
@@ -265,7 +265,7 @@ TACTUS_HD void find_gap_together(const Block& b, TriangleSearch& q, const Surfac
   for_each_seen([&](Index, const SeenTriangle& t) { q.deciding.see(t); });
   b.on_one_thread([&] { q.narrow_gap(); });
   for_each_seen([&](Index slot, const SeenTriangle& t) { q.deciding.take(t, slot); });
-  b.on_one_thread([&] { tell(q.gap(mesh, own, reach_m)); });
+  b.on_one_thread([&] { report(q.gap(mesh, own, reach_m)); });
 }
 
 }  // namespace tactus

@@ -7,7 +7,7 @@
 namespace tactus {
 
 /// The forest of a union-find over vertices (Jaiganesh & Burtscher 2018): a parent is never above its child,
-/// so the root of a piece is its lowest vertex, in any order of threads.
+/// so the root of a component is its lowest vertex, in any order of threads.
 struct VertexForest {
   View<std::uint32_t> parent;
   /// Root of v, or an ancestor of it that was its root a moment ago. Shortens the path.

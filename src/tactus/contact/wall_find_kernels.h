@@ -42,7 +42,7 @@ struct FindBodyWalls {
   static constexpr int kThreads = 128, kGrain = PiecesNearRun::kLongest;
   View<const SearchParticle> particles;
   NearSurface surface;
-  Index owner;
+  Index collider;
   float reach_m;
   NearWalls near_walls;
   View<WallHit> hits;             ///< kWallSides of each particle
@@ -309,8 +309,8 @@ struct FindBodyWalls {
     near_walls.add(i, {n,
                        sign * distance,
                        a * p0.v_m_s + hit.b * p1.v_m_s + hit.c * p2.v_m_s,
-                       owner,
-                       a * p0.give_1_kg + hit.b * p1.give_1_kg + hit.c * p2.give_1_kg,
+                       collider,
+                       a * p0.inverse_mass_1_kg + hit.b * p1.inverse_mass_1_kg + hit.c * p2.inverse_mass_1_kg,
                        {},
                        side});
     hits[kWallSides * i + side] = hit;

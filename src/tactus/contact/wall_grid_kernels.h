@@ -185,7 +185,7 @@ struct PoseNearTriangles {
   TACTUS_HD void operator()(Index k) const {
     const IndexRange own = added_of[listed[k]], pieces = pieces_of[listed[k]];
     for (Index i = own.begin; i < own.end; ++i) pose(added_list[i]);
-    // Room for all that are near at once: threads that count one by one wait for one another.
+    // Capacity for all that are near at once: threads that count one by one wait for one another.
     const bool is_whole = pieces.end - pieces.begin == 1;  // the triangle itself, which is near
     Index count = is_whole ? 1 : 0;
     for (Index i = pieces.begin; i < pieces.end && !is_whole; ++i)
@@ -204,7 +204,7 @@ struct PoseNearTriangles {
     const float a = 1.F - v.b - v.c;
     posed[first + i] = {p.x_m + (v.b * (q.x_m - p.x_m) + v.c * (r.x_m - p.x_m)),
                         a * p.v_m_s + (v.b * q.v_m_s + v.c * r.v_m_s),
-                        a * p.give_1_kg + (v.b * q.give_1_kg + v.c * r.give_1_kg)};
+                        a * p.inverse_mass_1_kg + (v.b * q.inverse_mass_1_kg + v.c * r.inverse_mass_1_kg)};
   }
   TACTUS_HD bool is_near(Vec3i v) const {
     const Vec3f a = posed[v.x].x_m, b = posed[v.y].x_m, c = posed[v.z].x_m;

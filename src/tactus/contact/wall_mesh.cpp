@@ -11,14 +11,14 @@ constexpr Vec3i kUnused{-1, -1, -1};
 
 }  // namespace
 
-WallMesh::WallMesh(float longest_m, Room room) : longest_m_(longest_m), room_(room) {
+WallMesh::WallMesh(float longest_m, Capacity capacity) : longest_m_(longest_m), capacity_(capacity) {
   if (!(longest_m > 0))
     throw Error("wall mesh: edges are at most " + std::to_string(longest_m) + " m, must be > 0");
 }
 
 void WallMesh::apply(const WallChange& change) {
   for (const WallChange::Vertex& v : change.vertices) {
-    if (v.vertex >= room_.vertices) {
+    if (v.vertex >= capacity_.vertices) {
       is_full_ = true;
       continue;
     }
@@ -31,7 +31,7 @@ void WallMesh::apply(const WallChange& change) {
   }
   const auto known = static_cast<Index>(points_.size());
   for (const WallChange::Triangle& t : change.triangles) {
-    if (t.triangle >= room_.surface) {
+    if (t.triangle >= capacity_.surface) {
       is_full_ = true;
       continue;
     }
@@ -45,7 +45,7 @@ void WallMesh::apply(const WallChange& change) {
     coarse_[at(t.triangle)] = is_used ? Vec3i{a, b, c} : kUnused;
   }
   for (const WallChange::Triangle& t : change.triangles)
-    if (t.triangle < room_.surface) divide(t.triangle);
+    if (t.triangle < capacity_.surface) divide(t.triangle);
 }
 
 void WallMesh::drop(Index triangle) {
@@ -61,12 +61,12 @@ void WallMesh::drop(Index triangle) {
 Index WallMesh::add_vertex(Index triangle, float b, float c) {
   Parts& parts = parts_[at(triangle)];
   for (const Index known : parts.added)
-    if (added_[at(known)].b == b && added_[at(known)].c == c) return room_.vertices + known;
+    if (added_[at(known)].b == b && added_[at(known)].c == c) return capacity_.vertices + known;
   Index place = static_cast<Index>(added_.size());
   if (!free_added_.empty()) {
     place = free_added_.back();
     free_added_.pop_back();
-  } else if (place >= room_.added) {
+  } else if (place >= capacity_.added) {
     is_full_ = true;
     return -1;
   } else {
@@ -74,7 +74,7 @@ Index WallMesh::add_vertex(Index triangle, float b, float c) {
   }
   added_[at(place)] = {coarse_[at(triangle)], b, c};
   parts.added.push_back(place);
-  return room_.vertices + place;
+  return capacity_.vertices + place;
 }
 
 void WallMesh::add_triangle(Index triangle, const std::array<Corner, 3>& corners) {
@@ -84,7 +84,7 @@ void WallMesh::add_triangle(Index triangle, const std::array<Corner, 3>& corners
     place = free_fine_.back();
     free_fine_.pop_back();
     fine_[at(place)] = vertices;
-  } else if (place >= room_.triangles) {
+  } else if (place >= capacity_.triangles) {
     is_full_ = true;
     return;
   } else {

@@ -34,8 +34,9 @@ struct WallChange {
 /// do.
 class WallMesh {
  public:
-  /// Vertices, vertices that halving adds, triangles, and triangles of the surface that there is room for.
-  struct Room {
+  /// Vertices, vertices that halving adds, triangles, and triangles of the surface that there is capacity
+  /// for.
+  struct Capacity {
     Index vertices = 0, added = 0, triangles = 0, surface = 0;
   };
   /// Parts of a triangle of the surface.
@@ -44,21 +45,21 @@ class WallMesh {
   };
   WallMesh() = default;
   /// @throws Error for a length that is not positive.
-  WallMesh(float longest_m, Room room);
+  WallMesh(float longest_m, Capacity capacity);
 
   void apply(const WallChange& change);
-  /// Some triangles found no room.
+  /// Some triangles found no capacity.
   bool is_full() const { return is_full_; }
 
   const std::vector<EmbeddedPoint>& vertices() const { return points_; }
-  /// Their numbers begin at room().vertices.
+  /// Their numbers begin at capacity().vertices.
   const std::vector<WallVertex>& added() const { return added_; }
   /// Corners, by vertex; (-1, -1, -1): not in use.
   const std::vector<Vec3i>& triangles() const { return fine_; }
   /// Corners, by vertex; (-1, -1, -1): not in use.
   const std::vector<Vec3i>& surface() const { return coarse_; }
   const std::vector<Parts>& parts() const { return parts_; }
-  const Room& room() const { return room_; }
+  const Capacity& capacity() const { return capacity_; }
 
  private:
   struct Corner {
@@ -72,7 +73,7 @@ class WallMesh {
   void add_triangle(Index triangle, const std::array<Corner, 3>& corners);
 
   float longest_m_ = 0;
-  Room room_;
+  Capacity capacity_;
   std::vector<EmbeddedPoint> points_;
   std::vector<Vec3f> rest_m_;
   std::vector<Vec3i> coarse_;

@@ -1,10 +1,11 @@
 #pragma once
 /// Divergence-free SPH (Bender & Koschier 2015). Two solves make velocities that neither press the liquid nor
-/// have it pressed at the end of the step. With k_i = dt p_i / rho_i^2, kd of the first and k of the second,
+/// have it pressed at the end of the step. With k_i = dt p_i / rho_i^2, kappa_v of the first and k of the
+/// second,
 ///
 ///   v_i     = v*_i - sum_j m (k_i + k_j) grad W + k_i rho0 f n       (f, n of walls)
 ///   Drho_i  = sum_j m (v_i - v_j) . grad W - rho0 f n . (v_i - v_wall)
-///   kd_i    = max(0, omega Drho_i / D_i),                             D_i = -d Drho_i / d k_i
+///   kappa_v_i    = max(0, omega Drho_i / D_i),                             D_i = -d Drho_i / d k_i
 ///   k_i     = max(0, k_i + omega (rho_i + dt Drho_i - rho0) / (dt D_i)).
 ///
 /// The second is a fixed number of Jacobi iterations. They begin with the k that the last step kept, and go
@@ -37,23 +38,23 @@ TACTUS_HD inline float wall_rate(const LiquidConstants& liquid, const NearWalls&
   for (Index w = 0; w < n; ++w) {
     const NearWall wall = walls.read(i, w);
     const float f = liquid.density_kg_m3 * wall.slope_1_m;
-    rate -= f * (dot(wall.n, v - wall.velocity_m_s) + wall.give_1_kg * liquid.mass_kg * k * f);
+    rate -= f * (dot(wall.n, v - wall.velocity_m_s) + wall.inverse_mass_1_kg * liquid.mass_kg * k * f);
   }
   return rate;
 }
 /// The velocity that walls give to a particle that pushes them with k.
-TACTUS_HD inline Vec3f wall_kick(const LiquidConstants& liquid, const NearWalls& walls, Index i, float k,
-                                 const StepTime& time) {
+TACTUS_HD inline Vec3f wall_correction(const LiquidConstants& liquid, const NearWalls& walls, Index i,
+                                       float k, const StepTime& time) {
   const Index n = walls.count[i];
-  Vec3f kick{};
-  if (n == 0) return kick;
+  Vec3f correction{};
+  if (n == 0) return correction;
   TACTUS_ROLLED
   for (Index w = 0; w < n; ++w) {
     const NearWall wall = walls.read(i, w);
     const float push = push_at_wall(liquid, wall, k, time.dt_s * time.gravity_m_s2);
-    kick += (push * liquid.density_kg_m3 * wall.slope_1_m) * wall.n;
+    correction += (push * liquid.density_kg_m3 * wall.slope_1_m) * wall.n;
   }
-  return kick;
+  return correction;
 }
 
 /// v and the k that the last step kept, in the order of the search. Thread: slot.
@@ -70,7 +71,8 @@ struct TakeMotion {
   }
 };
 
-/// Density, D, and kd of the velocities of the last step. Where liquid is thin, in spray, nothing presses it.
+/// Density, D, and kappa_v of the velocities of the last step. Where liquid is thin, in spray, nothing
+/// presses it.
 struct DfsphDensity {
   static constexpr int kAtOnce = 4;
   static constexpr float kThinnest = 0.9F;  ///< over the density at rest
@@ -83,7 +85,7 @@ struct DfsphDensity {
   StepTime time;
   NearWalls walls;
   View<const LiquidMotion> motion;
-  View<float> density_kg_m3, inverse_D, kd;
+  View<float> density_kg_m3, alpha, kappa_v;
 
   TACTUS_HD void load() { time.load(); }
   template <int kLanes>
@@ -119,7 +121,7 @@ struct DfsphDensity {
         const NearWall& wall = walls.at(i, k);
         const float f = rho0 * wall.slope_1_m;
         gradient -= f * wall.n;
-        D += sqr(f) * m * wall.give_1_kg;
+        D += sqr(f) * m * wall.inverse_mass_1_kg;
       }
     }
     D += dot(gradient, gradient);
@@ -127,27 +129,28 @@ struct DfsphDensity {
     const float rate = scale * own.rate[t] + wall_rate(liquid, walls, i, v, 0);
     const bool presses = rho > kThinnest * rho0 && time.dt_s > 0.F && !time.settles();
     density_kg_m3[i] = rho;
-    inverse_D[i] = inverse;
-    kd[i] = presses ? max(0.F, kJacobiRelaxation * rate * inverse) : 0.F;
+    alpha[i] = inverse;
+    kappa_v[i] = presses ? max(0.F, kJacobiRelaxation * rate * inverse) : 0.F;
   }
 };
 
-/// v* = v + dt (viscosity, artificial viscosity, gravity), with the pair pressure of kd; and the velocity of
-/// the first k. The walls' pressure of kd is added with that of k, so that walls get the impulses of both.
+/// v* = v + dt (viscosity, artificial viscosity, gravity), with the pair pressure of kappa_v; and the
+/// velocity of the first k. The walls' pressure of kappa_v is added with that of k, so that walls get the
+/// impulses of both.
 template <bool kThins>
 struct DfsphForce {
   static constexpr int kAtOnce = 4;
   template <int kLanes>
   struct Own {
-    float vx[kLanes], vy[kLanes], vz[kLanes], kd[kLanes], k[kLanes], nu[kThins ? kLanes : 1];
+    float vx[kLanes], vy[kLanes], vz[kLanes], kappa_v[kLanes], k[kLanes], nu[kThins ? kLanes : 1];
     float ax[kLanes], ay[kLanes], az[kLanes], x[kLanes], y[kLanes], z[kLanes];
   };
   LiquidConstants liquid;
   StepTime time;
   NearWalls walls;
   View<const LiquidMotion> motion;
-  View<const float> kd;
-  View<LiquidMotion> star, moved;
+  View<const float> kappa_v;
+  View<LiquidMotion> v_star, moved;
   View<const float> shear_m2_s = {};  ///< kThins
 
   TACTUS_HD void load() {
@@ -158,7 +161,7 @@ struct DfsphForce {
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
     const LiquidMotion m = motion[i];
     own.vx[t] = m.v_m_s.x, own.vy[t] = m.v_m_s.y, own.vz[t] = m.v_m_s.z;
-    own.kd[t] = kd[i];
+    own.kappa_v[t] = kappa_v[i];
     own.k[t] = m.push;
     if constexpr (kThins) own.nu[t] = shear_m2_s[i];
     own.ax[t] = own.ay[t] = own.az[t] = own.x[t] = own.y[t] = own.z[t] = 0;
@@ -173,7 +176,7 @@ struct DfsphForce {
     if constexpr (kThins) nu = 0.5F * (own.nu[t] + shear_m2_s[j]);
     const float viscous =
         time.dt_s * fma(pair.slope * liquid.damping_m2_s, min(0.F, apart), nu * pair.weight * apart);
-    const float all = fma(pair.slope, -liquid.density_kg_m3 * (own.kd[t] + kd[j]), viscous);
+    const float all = fma(pair.slope, -liquid.density_kg_m3 * (own.kappa_v[t] + kappa_v[j]), viscous);
     const float along = near ? all : 0.F, push = near ? pair.slope * (own.k[t] + m.push) : 0.F;
     own.ax[t] = fma(along, d.x, own.ax[t]);
     own.ay[t] = fma(along, d.y, own.ay[t]);
@@ -187,9 +190,9 @@ struct DfsphForce {
     const float scale = liquid.mass_kg * liquid.kernel.slope_scale_1_m5();
     const Vec3f v = Vec3f{own.vx[t], own.vy[t], own.vz[t]} + time.dt_s * time.gravity_m_s2 +
                     (scale / liquid.density_kg_m3) * Vec3f{own.ax[t], own.ay[t], own.az[t]};
-    star[i] = {v, own.k[t]};
+    v_star[i] = {v, own.k[t]};
     moved[i] = {v - scale * Vec3f{own.x[t], own.y[t], own.z[t]} +
-                    wall_kick(liquid, walls, i, own.kd[t] + own.k[t], time),
+                    wall_correction(liquid, walls, i, own.kappa_v[t] + own.k[t], time),
                 own.k[t]};
   }
 };
@@ -204,15 +207,15 @@ struct DfsphVelocity {
   LiquidConstants liquid;
   StepTime time;
   NearWalls walls;
-  View<const float> kd;
-  View<const LiquidMotion> star;
+  View<const float> kappa_v;
+  View<const LiquidMotion> v_star;
   View<LiquidMotion> moved;  ///< not in the last
   // in the last:
   View<const SearchParticle> particles = {};
   View<const LiquidMotion> motion = {};  ///< before the step
   LiquidStepped stepped = {};
   View<float> last_push = {};
-  View<const float> density_kg_m3 = {}, inverse_D = {};
+  View<const float> density_kg_m3 = {}, alpha = {};
   float share = 0;  ///< k that iterations add for a density error: DfsphPressure::share
 
   TACTUS_HD void load() {
@@ -221,12 +224,12 @@ struct DfsphVelocity {
   }
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
-    own.push[t] = star[i].push;
+    own.push[t] = v_star[i].push;
     own.x[t] = own.y[t] = own.z[t] = 0;
   }
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
-    const float along = PairSlope::of(liquid, r2_m2, near) * (own.push[t] + star[j].push);
+    const float along = PairSlope::of(liquid, r2_m2, near) * (own.push[t] + v_star[j].push);
     own.x[t] = fma(along, d.x, own.x[t]);
     own.y[t] = fma(along, d.y, own.y[t]);
     own.z[t] = fma(along, d.z, own.z[t]);
@@ -234,12 +237,12 @@ struct DfsphVelocity {
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
     const float scale = liquid.mass_kg * liquid.kernel.slope_scale_1_m5(), push = own.push[t];
-    const Vec3f v = star[i].v_m_s - scale * Vec3f{own.x[t], own.y[t], own.z[t]};
+    const Vec3f v = v_star[i].v_m_s - scale * Vec3f{own.x[t], own.y[t], own.z[t]};
     if constexpr (kSteps) {
       last_push[i] = kept(i, push, motion[i].push);
-      stepped.end(liquid, walls, particles[i], i, kd[i] + push, motion[i].v_m_s, time, v);
+      stepped.end(liquid, walls, particles[i], i, kappa_v[i] + push, motion[i].v_m_s, time, v);
     } else {
-      moved[i] = {v + wall_kick(liquid, walls, i, kd[i] + push, time), push};
+      moved[i] = {v + wall_correction(liquid, walls, i, kappa_v[i] + push, time), push};
     }
   }
 
@@ -256,7 +259,7 @@ struct DfsphVelocity {
     if (!(time.dt_s > 0.F)) return push;
     if (!(push > 0.F && rho > DfsphDensity::kThinnest * rho0)) return 0.F;
     const float most = kMostKept * rho0,
-                added = share * clamp(rho - rho0, -most, most) * inverse_D[i] / time.dt_s;
+                added = share * clamp(rho - rho0, -most, most) * alpha[i] / time.dt_s;
     return clamp(push - added, min(push, first), max(push, first));
   }
 };
@@ -285,11 +288,11 @@ struct DfsphPressure {
   LiquidConstants liquid;
   StepTime time;
   NearWalls walls;
-  View<const float> kd;
+  View<const float> kappa_v;
   View<const LiquidMotion> moved;
-  View<const float> density_kg_m3, inverse_D;
+  View<const float> density_kg_m3, alpha;
   View<float> found;  ///< k without momentum
-  View<LiquidMotion> star;
+  View<LiquidMotion> v_star;
   bool is_last;
 
   TACTUS_HD void load() { time.load(); }
@@ -309,12 +312,12 @@ struct DfsphPressure {
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
     if (!(time.dt_s > 0.F)) return;
     const Vec3f v{own.vx[t], own.vy[t], own.vz[t]};
-    const float push = star[i].push, rate = liquid.mass_kg * liquid.kernel.slope_scale_1_m5() * own.sum[t] +
-                                            wall_rate(liquid, walls, i, v, kd[i] + push);
+    const float push = v_star[i].push, rate = liquid.mass_kg * liquid.kernel.slope_scale_1_m5() * own.sum[t] +
+                                              wall_rate(liquid, walls, i, v, kappa_v[i] + push);
     const float rho0 = liquid.density_kg_m3,
                 excess = min(density_kg_m3[i], kMostMended * rho0) - rho0 + time.dt_s * rate;
-    const float k = max(0.F, push + kJacobiRelaxation * excess * inverse_D[i] / time.dt_s);
-    star[i].push = is_last ? k : max(0.F, k + kMomentum * (k - found[i]));
+    const float k = max(0.F, push + kJacobiRelaxation * excess * alpha[i] / time.dt_s);
+    v_star[i].push = is_last ? k : max(0.F, k + kMomentum * (k - found[i]));
     found[i] = k;
   }
 };

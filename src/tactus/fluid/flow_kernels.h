@@ -1,12 +1,12 @@
 #pragma once
-/// Particles that come and go, and the books of them.
+/// Particles that come and go, and the ledgers of them.
 #include "tactus/fluid/wall_kernels.h"
 
 namespace tactus {
 
 /// Particle counts since the liquid was placed, and its extremes now. Exactly: placed + emitted = here +
-/// taken + replaced. The oldest are replaced when newer ones need their room; layers for which all of the
-/// room is too little are waiting.
+/// taken + replaced. The oldest are replaced when newer ones need their capacity; layers for which all of the
+/// capacity is too little are waiting.
 struct LiquidReport {
   Index here = 0;
   std::uint32_t placed = 0, emitted = 0, taken = 0, replaced = 0, waiting = 0;
@@ -50,20 +50,20 @@ struct EmitterState {
   double from_s = 0, until_s = 0;
   Index first = 0, points = 0;  ///< of the layers' points
   double time_s = 0, next_s = 0;
-  Index waiting = 0;  ///< layers that are due and have more points than there is room in all
+  Index waiting = 0;  ///< layers that are due and have more points than there is capacity in all
   // The layer of this step:
   Index slot = -1, id = 0;  ///< of its first particle; slot -1: none
   float age_s = 0;
 };
 
-/// Decides which layers come: those that are due, of all emitters no more points in a step than there is room
-/// for particles.
+/// Decides which layers come: those that are due, of all emitters no more points in a step than there is
+/// capacity for particles.
 struct PlanLayers {
   StepTime time;
   View<LiquidCounters> counters;
   View<Index> count, own;  ///< with copies, and without
   View<EmitterState> emitters;
-  Index room;
+  Index capacity;
   TACTUS_HD void load() { time.load(); }
   TACTUS_HD void operator()(Index) const {
     LiquidCounters c = counters[0];
@@ -78,7 +78,7 @@ struct PlanLayers {
         e.next_s += static_cast<double>(e.layer_s);
         ++e.waiting;
       }
-      if (e.waiting > 0 && come + e.points <= room) {
+      if (e.waiting > 0 && come + e.points <= capacity) {
         if (!is_due) e.age_s = 0;
         --e.waiting;
         e.slot = count[0] + come;
@@ -114,20 +114,21 @@ struct EmitLayers {
   }
 };
 
-/// Adds up the impulses that walls got from one part since the frame began, and empties them. Thread: owner.
+/// Adds up the impulses that walls got from one part since the frame began, and empties them. Thread:
+/// collider.
 struct SumWalls {
   View<WallSumsCopy> copies;
   View<WallSums> totals;
-  TACTUS_HD void operator()(Index owner) const {
+  TACTUS_HD void operator()(Index collider) const {
     WallSums total{};
-    for (Index c = owner * WallSumsCopy::kOfEach; c < (owner + 1) * WallSumsCopy::kOfEach; ++c) {
+    for (Index c = collider * WallSumsCopy::kOfEach; c < (collider + 1) * WallSumsCopy::kOfEach; ++c) {
       WallSums& sums = copies[c].sums;
       for (int a = 0; a < 3; ++a) {
         total.impulse[a] += sums.impulse[a];
         sums.impulse[a] = 0;
       }
     }
-    totals[owner] = total;
+    totals[collider] = total;
   }
 };
 
@@ -162,13 +163,13 @@ struct ReportLiquid {
     b.on_one_thread([&] {
       LiquidReport r = s.of[0];
       for (int t = 1; t < kThreads; ++t) r.add(s.of[t]);
-      if (b.index() == 0) add_books(r);
+      if (b.index() == 0) add_ledger(r);
       reports[b.index()] = r;
     });
   }
 
  private:
-  TACTUS_HD void add_books(LiquidReport& r) const {
+  TACTUS_HD void add_ledger(LiquidReport& r) const {
     r.placed = counters[0].placed;
     r.emitted = counters[0].emitted;
     r.taken = counters[0].taken;

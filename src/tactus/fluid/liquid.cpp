@@ -260,11 +260,11 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
     part.search.visit_listing(
         ctx, "fluid/density",
         DfsphDensity{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
-                     part.density_kg_m3.view(), part.inverse_D.view(), part.kd.view()},
+                     part.density_kg_m3.view(), part.alpha.view(), part.kappa_v.view()},
         part.near_lists());
     if (is_timed(time)) part.timed_end.take(ctx);
   });
-  split_.update("fluid/copy kd", &LiquidPart::kd);
+  split_.update("fluid/copy kappa_v", &LiquidPart::kappa_v);
   if (settings_.surface_tension_N_m > 0) {
     pull_surface(time, frame);
     split_.update("fluid/copy motion", &LiquidPart::motion);
@@ -276,19 +276,19 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
     };
     if (settings_.carreau)
       force(DfsphForce<true>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
-                             part.kd.const_view(), part.star.view(), part.moved.view(),
+                             part.kappa_v.const_view(), part.v_star.view(), part.moved.view(),
                              part.shear_m2_s.const_view()});
     else
       force(DfsphForce<false>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
-                              part.kd.const_view(), part.star.view(), part.moved.view()});
+                              part.kappa_v.const_view(), part.v_star.view(), part.moved.view()});
   });
   for (int k = 1; k <= settings_.iterations; ++k) {
     if (k > 1) {
       each([&](ExecContext& ctx, LiquidPart& part) {
         part.search.visit_listed(
             ctx, "fluid/velocity",
-            DfsphVelocity<false>{constants_, time_of(part), part.near_walls(), part.kd.const_view(),
-                                 part.star.const_view(), part.moved.view()},
+            DfsphVelocity<false>{constants_, time_of(part), part.near_walls(), part.kappa_v.const_view(),
+                                 part.v_star.const_view(), part.moved.view()},
             part.near_lists());
       });
     }
@@ -296,27 +296,27 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
     each([&](ExecContext& ctx, LiquidPart& part) {
       part.search.visit_listed(
           ctx, "fluid/pressure",
-          DfsphPressure{constants_, time_of(part), part.near_walls(), part.kd.const_view(),
-                        part.moved.const_view(), part.density_kg_m3.const_view(), part.inverse_D.const_view(),
-                        part.found.view(), part.star.view(), k == settings_.iterations},
+          DfsphPressure{constants_, time_of(part), part.near_walls(), part.kappa_v.const_view(),
+                        part.moved.const_view(), part.density_kg_m3.const_view(), part.alpha.const_view(),
+                        part.found.view(), part.v_star.view(), k == settings_.iterations},
           part.near_lists());
     });
-    split_.update("fluid/copy star", &LiquidPart::star);
+    split_.update("fluid/copy v_star", &LiquidPart::v_star);
   }
   each([&](ExecContext& ctx, LiquidPart& part) {
     part.search.visit_listed(ctx, "fluid/step",
                              DfsphVelocity<true>{constants_,
                                                  time_of(part),
                                                  part.near_walls(),
-                                                 part.kd.const_view(),
-                                                 part.star.const_view(),
+                                                 part.kappa_v.const_view(),
+                                                 part.v_star.const_view(),
                                                  {},
                                                  part.search.cells().particles,
                                                  part.motion.const_view(),
                                                  stepped(part),
                                                  part.push.view(),
                                                  part.density_kg_m3.const_view(),
-                                                 part.inverse_D.const_view(),
+                                                 part.alpha.const_view(),
                                                  DfsphPressure::share(settings_.iterations)},
                              part.near_lists());
   });

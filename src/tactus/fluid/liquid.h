@@ -47,12 +47,12 @@ struct LiquidSettings {
   float artificial_viscosity = 0.05F;  ///< alpha; in dfsph, of 4 max_speed_m_s
   Box3f box_m;                         ///< the world of the liquid
   Index open_faces = 0;                ///< bits of -x, +x, -y, +y, -z, +z where it flows out
-  Index max_particles = 40000;         ///< the oldest leave when newer ones need their room
+  Index max_particles = 40000;         ///< the oldest leave when newer ones need their capacity
   std::vector<LiquidEmitter> emitters = {};
   std::vector<Box3f> sinks_m = {};
   Index arrivals = 0;     ///< the most that others bring between two steps: Liquid::arrivals()
-  Index other_walls = 0;  ///< owners of walls beside the faces of the box: kFaces, kFaces + 1, ..
-  /// Room for particles that a device has at least; absent: Liquid::kLeast.. on GPUs, none elsewhere.
+  Index other_walls = 0;  ///< colliders of walls beside the faces of the box: kFaces, kFaces + 1, ..
+  /// Capacity for particles that a device has at least; absent: Liquid::kLeast.. on GPUs, none elsewhere.
   std::optional<Index> least_particles = {};
 };
 
@@ -83,8 +83,8 @@ struct LiquidParticle {
 class Liquid {
  public:
   static constexpr Index kFaces = FindBoxWalls::kFaces;
-  /// On GPUs, a part has room for as many. On two H200, the exchange costs 0.14 ms a step of WCSPH and 0.7 ms
-  /// of DFSPH: half of a step of 340,000 and 560,000 particles on one H200. See part_count.
+  /// On GPUs, a part has capacity for as many. On two H200, the exchange costs 0.14 ms a step of WCSPH and
+  /// 0.7 ms of DFSPH: half of a step of 340,000 and 560,000 particles on one H200. See part_count.
   static constexpr Index kLeastWcsph = 200000, kLeastDfsph = 300000;
 
   /// Synchronizes. @throws Error naming the setting that is out of range.
@@ -139,7 +139,7 @@ class Liquid {
   const LiquidConstants& constants() const { return constants_; }
   /// The particles of a part. Copies are nowhere (NaN).
   LiquidView view(int part = 0) const;
-  /// (kFaces + other_walls) The impulse of the liquid on each owner in the last frame.
+  /// (kFaces + other_walls) The impulse of the liquid on each collider in the last frame.
   View<const Vec3f> wall_impulses_N_s() const { return wall_impulse_.const_view(); }
   View<const LiquidReport> report_view() const { return report_.const_view(); }
 
@@ -184,7 +184,7 @@ class Liquid {
   /// All on the first part. @param count with those that left in the last step
   void put(const std::vector<Kept>& particles, Index count, const LiquidCounters& counters);
   /// For a liquid in one part, after put(): slots are those of the last step again, in which wounds look for
-  /// room before the next.
+  /// capacity before the next.
   void sort_again(const std::vector<Kept>& particles);
 
   DeviceSet& devices_;

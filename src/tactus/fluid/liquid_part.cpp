@@ -12,8 +12,8 @@ CellIds cell_ids(const Device& device, Index max_particles) {
 
 /// In a liquid of several parts, particles that left and copies of the last step are still there when others
 /// come.
-LiquidPart::LiquidPart(Device& device, Index max_particles, Index arrivals, float reach_m, Index wall_owners,
-                       Index part, Index parts)
+LiquidPart::LiquidPart(Device& device, Index max_particles, Index arrivals, float reach_m,
+                       Index wall_colliders, Index part, Index parts)
     : number(part),
       search(device, {.max_particles = max_particles,
                       .reach_m = reach_m,
@@ -28,15 +28,15 @@ LiquidPart::LiquidPart(Device& device, Index max_particles, Index arrivals, floa
       v_m_s(device, id.size()),
       density_kg_m3(device, max_particles),
       push(device, id.size()),
-      inverse_D(device, max_particles),
+      alpha(device, max_particles),
       found(device, max_particles),
-      kd(device, max_particles),
+      kappa_v(device, max_particles),
       motion(device, max_particles),
-      star(device, max_particles),
+      v_star(device, max_particles),
       moved(device, max_particles),
       walls(device, std::int64_t{kNearWalls} * max_particles),
-      wall_sums(device, std::int64_t{wall_owners} * WallSumsCopy::kOfEach),
-      wall_totals(device, wall_owners),
+      wall_sums(device, std::int64_t{wall_colliders} * WallSumsCopy::kOfEach),
+      wall_totals(device, wall_colliders),
       counters(device, 1),
       reports(device, ReportLiquid::kReports),
       ages(device, arrivals > 0 ? LiquidAges::kCounts : 0),
@@ -61,7 +61,7 @@ LiquidShown LiquidPart::shown() {
           .id = id.view(),
           .export_count = export_count.view(),
           .export_list = export_list.view(),
-          .room = wall_count.size(),
+          .capacity = wall_count.size(),
           .slot_of = slot_of.const_view(),
           .own = own.const_view(),
           .ages = ages.const_view(),

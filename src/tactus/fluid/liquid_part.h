@@ -9,12 +9,12 @@ namespace tactus {
 
 /// Owns the memory of one device. Particles are in slots; slots change in every step.
 struct LiquidPart {
-  /// With room for so many, a GPU sorts particles by bricks of cells, not by rows: its caches then hold more
-  /// of the near particles. A step of DFSPH takes 7 % less for 700,000 particles, 10 % for 8,000,000; fewer
-  /// fit into caches anyhow. Cores visit rows together.
+  /// With capacity for so many, a GPU sorts particles by bricks of cells, not by rows: its caches then hold
+  /// more of the near particles. A step of DFSPH takes 7 % less for 700,000 particles, 10 % for 8,000,000;
+  /// fewer fit into caches anyhow. Cores visit rows together.
   static constexpr Index kLeastInBricks = 400'000;
   /// @param max_particles of the whole liquid: all may come to one part @param arrivals that come before the
-  /// oldest leave @param walls owners of walls @param part its number @param parts of the liquid
+  /// oldest leave @param walls colliders of walls @param part its number @param parts of the liquid
   LiquidPart(Device& device, Index max_particles, Index arrivals, float reach_m, Index walls, Index part,
              Index parts);
 
@@ -34,9 +34,9 @@ struct LiquidPart {
   Buffer<Index> count, id, wall_count, list_count, near;
   Buffer<Vec3f> x_m, v_m_s;
   Buffer<float> density_kg_m3, push;
-  Buffer<float> inverse_D, found, kd;  ///< dfsph
-  Buffer<float> shear_m2_s;            ///< viscosity, of a liquid that thins
-  Buffer<LiquidMotion> motion, star, moved;
+  Buffer<float> alpha, found, kappa_v;  ///< dfsph
+  Buffer<float> shear_m2_s;             ///< viscosity, of a liquid that thins
+  Buffer<LiquidMotion> motion, v_star, moved;
   Buffer<LiquidNormal> surface, smooth;  ///< with surface tension
   Buffer<float> curvature;
   Buffer<NearWall> walls;

@@ -23,10 +23,10 @@ void Liquid::place(std::span<const LiquidParticle> particles) {
 
 void Liquid::put(const std::vector<Kept>& particles, Index count, const LiquidCounters& counters) {
   constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-  const auto room = static_cast<std::size_t>(parts_[0].id.size());
-  std::vector<Vec3f> x(room, {kNowhere, kNowhere, kNowhere}), v(room);
-  std::vector<float> push(room);
-  std::vector<Index> id(room), layers(LiquidLayers::kCounts);
+  const auto capacity = static_cast<std::size_t>(parts_[0].id.size());
+  std::vector<Vec3f> x(capacity, {kNowhere, kNowhere, kNowhere}), v(capacity);
+  std::vector<float> push(capacity);
+  std::vector<Index> id(capacity), layers(LiquidLayers::kCounts);
   for (std::size_t i = 0; i < particles.size(); ++i) {
     x[i] = particles[i].particle.x_m;
     v[i] = particles[i].particle.v_m_s;
@@ -155,11 +155,13 @@ std::vector<float> Liquid::pressures_Pa(float dt_s) const {
     const auto read = [&](const auto& buffer) { return to_host(ctx, buffer.view().part(0, count)); };
     const std::vector<Vec3f> x = read(part.x_m);
     const std::vector<Index> id = read(part.id);
-    const std::vector<float> rho = read(part.density_kg_m3), k = read(part.push), kd = read(part.kd);
+    const std::vector<float> rho = read(part.density_kg_m3), k = read(part.push),
+                             kappa_v = read(part.kappa_v);
     const std::vector<LiquidMotion> motion = read(part.motion);
     for (std::size_t i = 0; i < x.size(); ++i) {
       if (!std::isfinite(x[i].x)) continue;
-      const float push = settings_.solver == LiquidSolver::dfsph ? (k[i] + kd[i]) / dt_s : motion[i].push;
+      const float push =
+          settings_.solver == LiquidSolver::dfsph ? (k[i] + kappa_v[i]) / dt_s : motion[i].push;
       by_id.emplace_back(id[i], push * sqr(rho[i]));
     }
   }

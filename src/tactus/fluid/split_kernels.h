@@ -25,14 +25,14 @@ struct LiquidShown {
   View<Index> id;
   // Particles that others take over, listed for each of them:
   View<Index> export_count;  ///< (kMostLiquidParts)
-  View<Index> export_list;   ///< (kMostLiquidParts or fewer, room) numbers of particles
-  Index room = 0;
+  View<Index> export_list;   ///< (kMostLiquidParts or fewer, capacity) numbers of particles
+  Index capacity = 0;
   View<const Index> slot_of;  ///< per number of a particle, in the order of the search
   View<const Index> own;      ///< (1) particles that aren't copies
   View<const std::uint32_t> ages;
   View<const WallSums> wall_totals;
   View<const LiquidReport> reports;  ///< (ReportLiquid::kReports)
-  TACTUS_HD Index& listed(Index part, Index k) const { return export_list[part * room + k]; }
+  TACTUS_HD Index& listed(Index part, Index k) const { return export_list[part * capacity + k]; }
   TACTUS_HD void show_to(Index part, Index i) const {
     const auto k =
         static_cast<Index>(atomic_fetch_add(reinterpret_cast<std::uint32_t&>(export_count[part]), 1U));

@@ -41,7 +41,7 @@ class WallFill {
     for (Index k = 0; k < n_; ++k) {
       NearWall& w = wall(k);
       const float in = max(liquid.closest_m - w.distance_m, 0.F), s = w.distance_m + in,
-                  soft = 1.F / tactus::sqrt(1.F + liquid.mass_kg * w.give_1_kg),
+                  soft = 1.F / tactus::sqrt(1.F + liquid.mass_kg * w.inverse_mass_1_kg),
                   slope = soft * liquid.kernel.fill_slope_1_m(s);
       own_[k] = w.is_beside() ? 0.F : soft * liquid.kernel.fill(s) + in * slope;
       w.slope_1_m = w.is_beside() ? 0.F : slope;
@@ -73,7 +73,7 @@ class WallFill {
     if (!wall(l).is_beside()) return -1;
     TACTUS_ROLLED
     for (Index k = 0; k < n_; ++k)
-      if (wall(k).owner == wall(l).owner && wall(k).side == 0) return k;
+      if (wall(k).collider == wall(l).collider && wall(k).side == 0) return k;
     return -1;
   }
   /// Whether something else stands beyond the plane of wall l, as a floor does on which a box stands: nothing

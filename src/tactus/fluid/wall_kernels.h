@@ -123,27 +123,27 @@ struct LiquidStepped {
       if (!shear_m2_s.empty())
         shear = 0.5F * (shear_m2_s[i] + liquid.thinning.at(dot(slide, slide) / sqr(s)));
       // Friction must not turn the velocity round. A wall that gives way takes its share of a blow.
-      const float yields = liquid.mass_kg * wall.give_1_kg,
+      const float yields = liquid.mass_kg * wall.inverse_mass_1_kg,
                   friction =
                       ViscousKernel::friction(s * liquid.kernel.inverse_d_1_m) / (s * liquid.spacing_m),
                   drag = wall.is_beside() ? 0.F : min(dt_s * shear * friction, 1.F);
       const float push_m_s =
           liquid.density_kg_m3 * wall.slope_1_m * push_at_wall(liquid, wall, push, dt_s * time.gravity_m_s2);
-      Vec3f kick = push_m_s * wall.n - drag / (1.F + drag * yields) * slide;
-      v += kick;
-      const float approach = dot(v - wall.velocity_m_s, wall.n) + yields * dot(kick, wall.n);
+      Vec3f correction = push_m_s * wall.n - drag / (1.F + drag * yields) * slide;
+      v += correction;
+      const float approach = dot(v - wall.velocity_m_s, wall.n) + yields * dot(correction, wall.n);
       const float gap = wall.distance_m + dt_s * approach - liquid.closest_m;
       if (gap < 0.F && !wall.is_beside()) {
         const Vec3f stop = max(-approach, 0.F) / (1.F + yields) * wall.n;
         v += stop;
-        kick += stop;
+        correction += stop;
         const float left = liquid.closest_m - (wall.distance_m + dt_s * max(approach, 0.F));
         put_back += clamp(left, 0.F, kFarthestBack * liquid.spacing_m) / (1.F + yields) * wall.n;
       }
-      const Vec3f impulse_N_s = -liquid.mass_kg * kick;
+      const Vec3f impulse_N_s = -liquid.mass_kg * correction;
       walls.at(i, k).impulse_N_s = impulse_N_s;
       constexpr Index kCopies = WallSumsCopy::kOfEach;
-      wall_sums[wall.owner * kCopies + i % kCopies].sums.add_atomically(impulse_N_s);
+      wall_sums[wall.collider * kCopies + i % kCopies].sums.add_atomically(impulse_N_s);
     }
   }
 };

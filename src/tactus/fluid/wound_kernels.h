@@ -28,20 +28,20 @@ struct WoundPiece {
 
 /// How a piece goes on.
 struct WoundState {
-  float lost = 0;   ///< share of the bleeding that is over, 0..1
-  float wish = 0;   ///< own due minus own emitted volume, in particles
-  Index level = 0;  ///< where it tries: 0 in front of it, k > 0 k spacings above, -1 - k k above the rim
+  float lost = 0;     ///< share of the bleeding that is over, 0..1
+  float deficit = 0;  ///< own due minus own emitted volume, in particles
+  Index level = 0;    ///< where it tries: 0 in front of it, k > 0 k spacings above, -1 - k k above the rim
 };
 
 /// The volume ledger of a stroke.
-struct WoundBook {
+struct WoundLedger {
   static constexpr double kUnits = 4294967296.0;  ///< of `due` in a particle's volume
   std::uint64_t due = 0;
   std::uint64_t emitted = 0;  ///< particles
   TACTUS_HD std::uint64_t waiting() const { return (due >> 32U) - emitted; }
 };
 
-/// Strokes of a body that have books of their own. Later ones share the last.
+/// Strokes of a body that have ledgers of their own. Later ones share the last.
 inline constexpr Index kStrokes = 64;
 
 /// Bits that look random.
@@ -64,10 +64,10 @@ struct TryWounds {
   float rate_m_s, fading_1_s;  ///< 0: it doesn't fade
   float particle_1_m3, spacing_m;
   View<WoundState> states;
-  View<WoundBook> books;
+  View<WoundLedger> ledgers;
   View<Vec3f> place_m, speed_m_s;
-  View<std::uint32_t> wish_key;  ///< emptied
-  View<Index> is_shut;           ///< by its other side
+  View<std::uint32_t> priority_key;  ///< emptied
+  View<Index> is_shut;               ///< by its other side
   TACTUS_HD void operator()(Index i) const {
     const WoundPiece& p = pieces[i];
     WoundState s = states[i];
@@ -76,11 +76,11 @@ struct TryWounds {
     const float left = 1.F - s.lost, mean = mean_of_fading(dt_s * fading_1_s);
     const float due = rate_m_s * p.factor * p.area_m2 * particle_1_m3 * dt_s * left * mean;
     s.lost += left * (dt_s * fading_1_s * mean);
-    s.wish += due;
+    s.deficit += due;
     states[i] = s;
-    wish_key[i] = 0;
-    atomic_add(books[p.stroke].due,
-               static_cast<std::uint64_t>(clamp(due, 0.F, 1e6F) * static_cast<float>(WoundBook::kUnits)));
+    priority_key[i] = 0;
+    atomic_add(ledgers[p.stroke].due,
+               static_cast<std::uint64_t>(clamp(due, 0.F, 1e6F) * static_cast<float>(WoundLedger::kUnits)));
     const float nowhere = std::bit_cast<float>(0x7FC00000U);
     place_m[i] = {nowhere, nowhere, nowhere};
     if (!settles && (scattered(static_cast<std::uint32_t>(i)) + turn[0]) % kTurns == 0) place(p, s, i);
@@ -193,7 +193,7 @@ struct JudgePlaces {
   View<const WoundPiece> pieces;
   View<WoundState> states;
   View<const Index> is_shut;
-  View<std::uint32_t> wish_key;
+  View<std::uint32_t> priority_key;
   TACTUS_HD void operator()(Index k) const {
     const Index i = order[k];
     WoundState s = states[i];
@@ -208,7 +208,7 @@ struct JudgePlaces {
     }
     const bool is_dense = density > kDense;
     if (!no_room && !is_dense && liquid.nearest2_m2 >= sqr(kToLiquid * spacing_m)) {
-      wish_key[i] = key(s.wish, i);
+      priority_key[i] = key(s.deficit, i);
       return;
     }
     if (no_room) {
@@ -219,15 +219,15 @@ struct JudgePlaces {
     }
     states[i] = s;
   }
-  /// > 0. The piece with the largest wish comes first, and among equals any one.
-  TACTUS_HD static std::uint32_t key(float wish, Index i) {
+  /// > 0. The piece with the largest deficit comes first, and among equals any one.
+  TACTUS_HD static std::uint32_t key(float deficit, Index i) {
     const std::uint32_t dither = scattered(static_cast<std::uint32_t>(i) ^ 0x5BD1E995U);
-    const float own = wish + static_cast<float>(dither >> 16U) * (1.F / 65536);
+    const float own = deficit + static_cast<float>(dither >> 16U) * (1.F / 65536);
     return static_cast<std::uint32_t>(clamp(own + 32.F, 0.F, 127.F) * 33554432.F) | 1U;
   }
 };
 
-/// A place that has room, and no other one that wishes more has it, too.
+/// A place that has room, and no other one that has a larger deficit has it, too.
 struct WoundPlace {
   std::uint32_t key = 0;
   Index piece = 0, stroke = 0;
@@ -236,33 +236,33 @@ struct WoundPlace {
   }
 };
 
-/// A place beats another one when its wish is larger and both are too near to have room. Lists the places
-/// that none beats, in any order.
+/// A place suppresses another one when its deficit is larger and both are too near to have room. Lists the
+/// places that none suppresses, in any order.
 struct BeatPlaces {
   static constexpr bool kNearOnly = true;
   template <int kLanes>
   struct Own {
     WoundPlace place[kLanes];
-    Index beaten[kLanes];
+    Index suppressed[kLanes];
   };
   View<const Index> order;
-  View<const std::uint32_t> wish_key;
+  View<const std::uint32_t> priority_key;
   View<const WoundPiece> pieces;
   View<WoundPlace> open;
   View<std::uint32_t> open_count;
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
-    own.place[t] = {wish_key[order[i]], order[i], 0};
-    own.beaten[t] = 0;
+    own.place[t] = {priority_key[order[i]], order[i], 0};
+    own.suppressed[t] = 0;
   }
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float, bool) const {
-    if (WoundPlace{wish_key[order[j]], order[j], 0}.is_before(own.place[t])) own.beaten[t] = 1;
+    if (WoundPlace{priority_key[order[j]], order[j], 0}.is_before(own.place[t])) own.suppressed[t] = 1;
   }
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index) const {
     WoundPlace place = own.place[t];
-    if (place.key == 0 || own.beaten[t] != 0) return;
+    if (place.key == 0 || own.suppressed[t] != 0) return;
     place.stroke = pieces[place.piece].stroke;
     open[static_cast<Index>(atomic_fetch_add(open_count[0], 1U))] = place;
   }
@@ -278,14 +278,14 @@ struct LiquidArrivals {
   Index room;  ///< for particles
 };
 
-/// One block. Per stroke, of the places that are open those that wish most get a slot, as many as there are
-/// whole particles waiting.
+/// One block. Per stroke, of the places that are open those that deficit most get a slot, as many as there
+/// are whole particles waiting.
 struct PlanWounds {
   static constexpr int kThreads = 256;
   View<const WoundPlace> open;
   View<std::uint32_t> open_count;  ///< emptied
   LiquidArrivals liquid;
-  View<WoundBook> books;
+  View<WoundLedger> ledgers;
   View<std::uint32_t> turn;
   View<Index> slot;     ///< of open places; -1: none
   View<Index> planned;  ///< (1) how many of those there are
@@ -301,7 +301,7 @@ struct PlanWounds {
     const auto n = static_cast<Index>(open_count[0]);
     b.for_threads(kStrokes, [&](int t) {
       s.places[t] = 0;
-      s.waiting[t] = static_cast<Index>(min(books[t].waiting(), kMany));
+      s.waiting[t] = static_cast<Index>(min(ledgers[t].waiting(), kMany));
     });
     b.for_each_thread([&](int t) {
       for (Index i = t; i < n; i += kThreads) {
@@ -315,7 +315,7 @@ struct PlanWounds {
         const Index stroke = open[i].stroke;
         slot[i] = slot[i] < s.wanted[stroke] ? s.first[stroke] + slot[i] : -1;
       }
-      if (t < kStrokes && s.wanted[t] > 0) books[t].emitted += static_cast<std::uint64_t>(s.wanted[t]);
+      if (t < kStrokes && s.wanted[t] > 0) ledgers[t].emitted += static_cast<std::uint64_t>(s.wanted[t]);
     });
   }
 
@@ -370,7 +370,7 @@ struct BleedWounds {
     liquid.id[to] = first_id[0] + to;
     liquid.push[to] = 0;
     WoundState s = states[i];
-    s.wish -= 1.F;
+    s.deficit -= 1.F;
     s.level = max(s.level - 1, 0);
     states[i] = s;
   }

@@ -27,7 +27,7 @@ Wounds::Wounds(ExecContext& ctx, const WoundSettings& settings)
       count_(ctx.device(), 1),
       pieces_(ctx.device(), settings.max_pieces),
       states_(ctx.device(), settings.max_pieces),
-      books_(ctx.device(), kStrokes),
+      ledgers_(ctx.device(), kStrokes),
       place_m_(ctx.device(), settings.max_pieces),
       speed_m_s_(ctx.device(), settings.max_pieces),
       key_(ctx.device(), settings.max_pieces),
@@ -42,7 +42,7 @@ Wounds::Wounds(ExecContext& ctx, const WoundSettings& settings)
       walls_(ctx.device(), std::int64_t{kNearWalls} * settings.max_pieces),
       round_(ctx.device(), settings.max_pieces) {
   ctx.fill_bytes(states_.view(), 0);
-  ctx.fill_bytes(books_.view(), 0);
+  ctx.fill_bytes(ledgers_.view(), 0);
   ctx.fill_bytes(turn_.view(), 0);
   ctx.fill_bytes(open_count_.view(), 0);
   set_pieces(ctx, {});
@@ -65,7 +65,7 @@ void Wounds::try_places(ExecContext& ctx, View<const FrameParams> frame, View<co
       "wounds/try", count(),
       TryWounds{pieces_.const_view(), frame, x_m, v_m_s, turn_.const_view(), settings_.rate_m_s,
                 settings_.fading_s > 0 ? 1.F / settings_.fading_s : 0.F, 1.F / (d * d * d), d, states_.view(),
-                books_.view(), place_m_.view(), speed_m_s_.view(), key_.view(), is_shut_.view()});
+                ledgers_.view(), place_m_.view(), speed_m_s_.view(), key_.view(), is_shut_.view()});
   search_.build(ctx, place_m_.const_view(), {}, count());
 }
 
@@ -89,7 +89,7 @@ void Wounds::bleed(ExecContext& ctx, const NeighbourSearch& search, const Liquid
   search_.visit(ctx, "wounds/beat",
                 BeatPlaces{order, key_.const_view(), pieces_.const_view(), open_.view(), open_count_.view()});
   ctx.parallel_for("wounds/plan", 1,
-                   PlanWounds{open_.const_view(), open_count_.view(), liquid, books_.view(), turn_.view(),
+                   PlanWounds{open_.const_view(), open_count_.view(), liquid, ledgers_.view(), turn_.view(),
                               slot_.view(), planned_.view(), first_id_.view()});
   ctx.parallel_for("wounds/bleed", Count(planned_.const_view(), max_pieces()),
                    BleedWounds{open_.const_view(), slot_.const_view(), first_id_.const_view(),
@@ -102,7 +102,7 @@ void Wounds::archive(ExecContext& ctx, StateArchive& a) {
   for (const WoundState& s : states) a.check(s.level >= -1000 && s.level <= 1000, "states of wounds");
   ctx.upload(states, states_.view());
   ctx.synchronize();
-  a.buffer(ctx, "books of strokes", books_);
+  a.buffer(ctx, "ledgers of strokes", ledgers_);
   a.buffer(ctx, "turn of wounds", turn_);
 }
 

@@ -44,7 +44,7 @@ class Wounds {
 
   Index max_pieces() const { return pieces_.size(); }
   /// (kStrokes)
-  View<const WoundBook> books() const { return books_.const_view(); }
+  View<const WoundLedger> ledgers() const { return ledgers_.const_view(); }
 
  private:
   Count count() const { return {count_.const_view(), pieces_.size()}; }
@@ -54,7 +54,7 @@ class Wounds {
   Buffer<Index> count_;
   Buffer<WoundPiece> pieces_;
   Buffer<WoundState> states_;
-  Buffer<WoundBook> books_;
+  Buffer<WoundLedger> ledgers_;
   Buffer<Vec3f> place_m_, speed_m_s_;
   Buffer<std::uint32_t> key_, turn_;
   Buffer<Index> is_shut_;

@@ -306,12 +306,12 @@ void Schedule::run(const FrameParams& params, bool has_new_images) {
 
 void Schedule::finish(Timings& timings) {
   devices_.synchronize();
-  tell_times(timings);
+  report_times(timings);
   // Buffers grow in the first frame with images, so all later frames can replay this recording.
   if (devices_.is_cuda() && !recording().is_made && ran_with_images_ && !is_profiling(devices_)) record();
 }
 
-void Schedule::tell_times(Timings& timings) {
+void Schedule::report_times(Timings& timings) {
   double at_s = begin_s_;
   const auto add = [&](const std::string& row, double seconds) {
     timings.add(row, at_s, at_s + seconds);

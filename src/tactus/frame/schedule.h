@@ -84,7 +84,7 @@ class Schedule {
   void run_segment(Rate rate);
   void run_substeps(int substeps);
   void record();
-  void tell_times(Timings& timings);
+  void report_times(Timings& timings);
   std::vector<double> substep_shares() const;
   bool replays() const;
   Recording& recording() { return *recordings_[choice_]; }

@@ -30,7 +30,7 @@ CellList::CellList(Device& device, Index max_particles, float cell_m, int bits_p
 
 void CellList::build(ExecContext& ctx, View<const Vec3f> x_m, Count count) {
   if (count.capacity > max_particles() || count.capacity > x_m.size()) {
-    throw Error("cell list: " + std::to_string(count.capacity) + " particles, but room for " +
+    throw Error("cell list: " + std::to_string(count.capacity) + " particles, but capacity for " +
                 std::to_string(max_particles()) + " and " + std::to_string(x_m.size()) + " positions");
   }
   ctx.fill_bytes(begin_.view(), 0);

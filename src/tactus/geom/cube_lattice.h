@@ -16,12 +16,12 @@ namespace tactus {
 
 /// A copy of a cube that was cut. It has the material round some corners of that cube.
 struct CubeCopy {
-  Index of = -1;             ///< the cube at the same coordinates that was cut; -1: room for a copy
+  Index of = -1;             ///< the cube at the same coordinates that was cut; -1: capacity for a copy
   std::uint8_t corners = 0;  ///< bit q: the material at corner q is this copy's
 };
 
 /// How many copies and virtual nodes a lattice can hold.
-struct PatchRoom {
+struct PatchCapacity {
   Index copies = 0, nodes = 0;
 };
 
@@ -33,7 +33,7 @@ struct PatchRoom {
 ///
 /// The patch comes behind them: copies of cubes that were cut, and virtual nodes of those copies
 /// (geom/lattice_cut.h). They share coordinates with regular ones. Ids never change: a cube that was cut
-/// stays in the list with a fill of 0, and so do entries of the patch that are not in use yet.
+/// stays in the list with a fill of 0, and so do entries of the virtual elements that are not in use yet.
 struct CubeLattice {
   float spacing_m = 0;
   Vec3f origin_m{};
@@ -46,12 +46,13 @@ struct CubeLattice {
   /// the volume.
   std::vector<float> cube_fill;
   std::vector<float> cube_mass_kg;
-  std::vector<float> node_mass_kg;   ///< an eighth of every adjacent cube
-  std::vector<HeldAxes> fixed;       ///< per node: the axes along which it does not move
-  std::vector<CubeCopy> copies;      ///< the last cubes
-  std::vector<Index> virtual_nodes;  ///< the last nodes: per node the regular one it was split from; -1: room
+  std::vector<float> node_mass_kg;  ///< an eighth of every adjacent cube
+  std::vector<HeldAxes> fixed;      ///< per node: the axes along which it does not move
+  std::vector<CubeCopy> copies;     ///< the last cubes
+  std::vector<Index>
+      virtual_nodes;  ///< the last nodes: per node the regular one it was split from; -1: capacity
 
-  /// Numbers of regular nodes and cubes; those of the patch follow.
+  /// Numbers of regular nodes and cubes; those of the virtual elements follow.
   Index regular_nodes() const { return node_count() - static_cast<Index>(virtual_nodes.size()); }
   Index regular_cubes() const { return cube_count() - static_cast<Index>(copies.size()); }
   bool has_cube(std::size_t cube) const { return cube_fill.empty() || cube_fill[cube] > 0; }

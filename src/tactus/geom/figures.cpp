@@ -172,7 +172,7 @@ Figure make_figure(const std::string& name, const FigureOptions& options) {
   return {name, options.moving, kBuilders[static_cast<std::size_t>(found - names.begin())](options)};
 }
 
-Box3f figure_way_m(const std::string& name) {
+Box3f figure_displacement_m(const std::string& name) {
   return make_figure(name, {.moving = true, .scale = 1e-4F}).bounds_m();
 }
 

@@ -164,7 +164,7 @@ class Figure {
 /// Where the origin of a moving figure goes: the limit of its box as its scale goes to 0. At a scale s <= 1,
 /// each of its points is at s (x(t) - w(t)) + w(t), whose largest coordinate over time is convex in s. So the
 /// figure stays within s times its box plus 1 - s times this one.
-Box3f figure_way_m(const std::string& name);
+Box3f figure_displacement_m(const std::string& name);
 
 /// hand, rabbit, scalpel, sphere, bowl, liver.
 std::span<const std::string> figure_names();

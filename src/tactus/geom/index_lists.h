@@ -15,26 +15,26 @@ struct IndexRange {
 };
 
 /// Many short lists, on the host and on a device. A list that changes goes behind the others; where that has
-/// no room, all are packed first. So the cost of a change follows the length of its list, and no view
+/// no capacity, all are packed first. So the cost of a change follows the length of its list, and no view
 /// changes.
 class IndexLists {
  public:
   IndexLists() = default;
-  /// @param room values of all lists, at most. There is twice that, so packing is rare. Synchronizes.
-  IndexLists(ExecContext& ctx, const std::vector<std::vector<Index>>& lists, Index room) {
+  /// @param capacity values of all lists, at most. There is twice that, so packing is rare. Synchronizes.
+  IndexLists(ExecContext& ctx, const std::vector<std::vector<Index>>& lists, Index capacity) {
     for (const std::vector<Index>& list : lists) {
       ranges_.push_back({size(), size() + static_cast<Index>(list.size())});
       values_.insert(values_.end(), list.begin(), list.end());
     }
     device_ranges_ = to_device(ctx, ranges_);
-    device_values_ = Buffer<Index>(ctx.device(), room > size() ? 2 * room : size());
-    if (room > 0) device_changes_ = Buffer<SetValues<IndexRange>::Change>(ctx.device(), count());
+    device_values_ = Buffer<Index>(ctx.device(), capacity > size() ? 2 * capacity : size());
+    if (capacity > 0) device_changes_ = Buffer<SetValues<IndexRange>::Change>(ctx.device(), count());
     ctx.upload(values_, device_values_.view().part(0, size()));
     ctx.synchronize();
     uploaded_ = size();
   }
   /// So many values more, whose pages are in place: the first change waits for none.
-  void take_room(Index values) {
+  void take_capacity(Index values) {
     const std::size_t now = values_.size();
     values_.resize(now + at(values));
     values_.resize(now);
@@ -45,11 +45,11 @@ class IndexLists {
     return std::span(values_).subspan(at(range.begin), at(range.end - range.begin));
   }
   IndexRange range(Index list) const { return ranges_[at(list)]; }
-  /// @throws Error when there is no room.
+  /// @throws Error when there is no capacity.
   void set(Index list, std::span<const Index> values) {
     const auto count = static_cast<Index>(values.size());
     if (size() + count > device_values_.size()) pack();
-    if (size() + count > device_values_.size()) throw Error("index lists: there is no room for more");
+    if (size() + count > device_values_.size()) throw Error("index lists: there is no capacity for more");
     ranges_[at(list)] = {size(), size() + count};
     values_.insert(values_.end(), values.begin(), values.end());
     changed_.push_back(list);
@@ -77,8 +77,8 @@ class IndexLists {
   }
 
   Index count() const { return static_cast<Index>(ranges_.size()); }
-  /// Number of values that there is room for.
-  Index room() const { return device_values_.size(); }
+  /// Number of values that there is capacity for.
+  Index capacity() const { return device_values_.size(); }
   View<const IndexRange> ranges() const { return device_ranges_.const_view(); }
   View<const Index> values() const { return device_values_.const_view(); }
 

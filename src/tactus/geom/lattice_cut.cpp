@@ -133,15 +133,15 @@ void add_copy(CubeLattice& lattice, CubeCopy copy) {
   lattice.cube_mass_kg.push_back(share * lattice.cube_mass_kg[cube]);
 }
 
-void add_room(CubeLattice& lattice, PatchRoom room) {
-  while (static_cast<Index>(lattice.copies.size()) < room.copies) {
+void add_capacity(CubeLattice& lattice, PatchCapacity capacity) {
+  while (static_cast<Index>(lattice.copies.size()) < capacity.copies) {
     lattice.copies.push_back({});
     lattice.cubes.push_back(lattice.cubes[0]);
     lattice.cube_nodes.push_back(lattice.cube_nodes[0]);
     lattice.cube_fill.push_back(0);
     lattice.cube_mass_kg.push_back(0);
   }
-  while (static_cast<Index>(lattice.virtual_nodes.size()) < room.nodes) {
+  while (static_cast<Index>(lattice.virtual_nodes.size()) < capacity.nodes) {
     lattice.virtual_nodes.push_back(-1);
     lattice.nodes.push_back(lattice.nodes[0]);
     lattice.fixed.push_back(kAllAxes);
@@ -150,9 +150,9 @@ void add_room(CubeLattice& lattice, PatchRoom room) {
 
 }  // namespace
 
-CubeLattice cut_lattice(const CubeLattice& whole, const EdgeIsCut& is_cut, PatchRoom room) {
+CubeLattice cut_lattice(const CubeLattice& whole, const EdgeIsCut& is_cut, PatchCapacity capacity) {
   if (!whole.copies.empty() || !whole.virtual_nodes.empty())
-    throw Error("the lattice is cut already, or has room for a cut: cut it once, by all edges");
+    throw Error("the lattice is cut already, or has capacity for a cut: cut it once, by all edges");
   CubeLattice lattice = whole;
   if (lattice.cube_fill.empty()) lattice.cube_fill.assign(lattice.cubes.size(), 1);
   CopyNodes nodes(whole);
@@ -193,7 +193,7 @@ CubeLattice cut_lattice(const CubeLattice& whole, const EdgeIsCut& is_cut, Patch
     }
     lattice.cube_nodes.push_back(corners);
   }
-  add_room(lattice, room);
+  add_capacity(lattice, capacity);
   lattice.share_masses();
   return lattice;
 }

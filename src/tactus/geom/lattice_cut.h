@@ -21,9 +21,10 @@ using EdgeIsCut = std::function<bool(Vec3i from, int axis)>;
 /// get a fill of 0. Copies follow in ascending order of cube and lowest corner, and virtual nodes in the
 /// order in which copies use them. A copy has the part of its cube's fill that its number of corners is of
 /// eight. Virtual nodes of fixed nodes are fixed.
-/// @param room the patch has room for so many copies and nodes, at least for those that the cut needs
-/// @throws Error when the lattice has a patch already.
-CubeLattice cut_lattice(const CubeLattice& lattice, const EdgeIsCut& is_cut, PatchRoom room = {});
+/// @param capacity the virtual elements has capacity for so many copies and nodes, at least for those that
+/// the cut needs
+/// @throws Error when the lattice has virtual elements already.
+CubeLattice cut_lattice(const CubeLattice& lattice, const EdgeIsCut& is_cut, PatchCapacity capacity = {});
 
 /// Extends values per regular cube to all cubes: a copy has the value of its cube, an unused entry T{}.
 template <class T>

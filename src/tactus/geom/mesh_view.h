@@ -5,7 +5,7 @@
 
 namespace tactus {
 
-/// Counts may be known on the device only; the views' sizes are the room there is.
+/// Counts may be known on the device only; the views' sizes are the capacity there is.
 struct MeshView {
   View<const Vec3f> positions_m;
   View<const Vec3i> triangles;  ///< counter-clockwise from outside; those of one piece share vertices

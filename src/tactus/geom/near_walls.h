@@ -13,10 +13,10 @@ struct alignas(16) NearWall {
   Vec3f n;               ///< unit, from the wall to the liquid
   float distance_m = 0;  ///< < 0 behind the wall
   Vec3f velocity_m_s;
-  Index owner = -1;
-  float give_1_kg = 0;  ///< how much faster it is after a push of 1 N s; 0: nothing moves it
-  Vec3f impulse_N_s;    ///< of the liquid on it, once the step was made
-  Index side = 0;       ///< of an owner's surface: 0 is nearest, 1 across from it, kBeside ends the nearest
+  Index collider = -1;
+  float inverse_mass_1_kg = 0;  ///< how much faster it is after a push of 1 N s; 0: nothing moves it
+  Vec3f impulse_N_s;            ///< of the liquid on it, once the step was made
+  Index side = 0;  ///< of an collider's surface: 0 is nearest, 1 across from it, kBeside ends the nearest
   float slope_1_m = 0;  ///< set by the liquid: minus the slope of the wall's fill along n
   float share = 1;      ///< set by the liquid: share of the space behind the plane that counts
   TACTUS_HD bool is_beside() const { return side == kBeside; }

@@ -18,7 +18,7 @@ NeighbourLists::NeighbourLists(Device& device, Index max_particles, Index max_ne
 void NeighbourLists::build(ExecContext& ctx, const NeighbourSearch& of, const NeighbourSearch& among) {
   if (of.max_particles() >= begin_.size()) {
     throw Error("neighbour lists: a search of up to " + std::to_string(of.max_particles()) +
-                " particles, but room for " + std::to_string(begin_.size() - 1));
+                " particles, but capacity for " + std::to_string(begin_.size() - 1));
   }
   const Index self = &of == &among ? 1 : 0;
   of.visit(ctx, "search/count_neighbours", among, CountNeighbours{self, begin_.view()});

@@ -40,20 +40,21 @@ NeighbourSearch::NeighbourSearch(Device& device, const NeighbourSearchOptions& o
 
 void NeighbourSearch::build(ExecContext& ctx, View<const Vec3f> x_m, View<const Index> id, Count count,
                             View<const Index> first_copy) {
-  const Index room = min(cell_.size(), id.empty() ? x_m.size() : min(x_m.size(), id.size()));
-  if (count.capacity > room) {
-    throw Error("neighbour search: " + std::to_string(count.capacity) + " particles, but room for " +
+  const Index capacity = min(cell_.size(), id.empty() ? x_m.size() : min(x_m.size(), id.size()));
+  if (count.capacity > capacity) {
+    throw Error("neighbour search: " + std::to_string(count.capacity) + " particles, but capacity for " +
                 std::to_string(cell_.size()) + ", " + std::to_string(x_m.size()) + " positions and " +
                 (id.empty() ? "no" : std::to_string(id.size())) + " ids");
   }
   first_copy_ = first_copy;
-  const Index room_cells = CellHash::table_size(count.capacity);
-  ctx.parallel_for("search/clear", room_cells / kScanTile,
+  const Index capacity_cells = CellHash::table_size(count.capacity);
+  ctx.parallel_for("search/clear", capacity_cells / kScanTile,
                    ClearCells{count, begin_.view(), table_size_.view(), groups_.view()});
   ctx.parallel_for("search/count", count,
                    CountInCells<HashedNumbers>{
                        {hash_, table_size_.const_view()}, x_m, cell_.view(), arrival_.view(), begin_.view()});
-  scan_.run(ctx, "search/scan", Count(table_size_.const_view(), room_cells), begin_.view(), placed_.view());
+  scan_.run(ctx, "search/scan", Count(table_size_.const_view(), capacity_cells), begin_.view(),
+            placed_.view());
   const SlotsByRank slots{cell_.const_view(), arrival_.const_view(), begin_.const_view(),
                           cell_ids_.const_view()};
   ctx.parallel_for("search/spread", count,
@@ -79,8 +80,8 @@ void NeighbourSearch::reorder(ExecContext& ctx, std::initializer_list<Field> fie
   }
   ReorderFields kernel{order_.const_view(), {}, 0};
   for (const Field& field : fields) {
-    if (field.room < max_particles()) {
-      throw Error("neighbour search: a field of " + std::to_string(field.room) + " elements, but up to " +
+    if (field.capacity < max_particles()) {
+      throw Error("neighbour search: a field of " + std::to_string(field.capacity) + " elements, but up to " +
                   std::to_string(max_particles()) + " particles");
     }
     kernel.fields[kernel.field_count++] = field.move;

@@ -33,7 +33,7 @@ class NeighbourSearch {
   /// @param id unique among them; empty: a particle's number
   /// @param first_copy (1) particles given from that number on are copies of other devices' particles: they
   /// are found, but visit_listing and visit_listed leave them out. Empty: none are
-  /// @throws Error when there are more than room.
+  /// @throws Error when there are more than capacity.
   void build(ExecContext& ctx, View<const Vec3f> x_m, View<const Index> id, Count count,
              View<const Index> first_copy = {});
 
@@ -50,13 +50,13 @@ class NeighbourSearch {
     Field(View<const T> in, View<T> out)
         : move{reinterpret_cast<const std::uint32_t*>(in.data()),
                reinterpret_cast<std::uint32_t*>(out.data()), sizeof(T) / sizeof(std::uint32_t)},
-          room(min(in.size(), out.size())) {
+          capacity(min(in.size(), out.size())) {
       static_assert(sizeof(T) % sizeof(std::uint32_t) == 0);
     }
     template <class T>
     Field(View<T> in, View<T> out) : Field(View<const T>(in), out) {}
     MovedField move;
-    Index room;
+    Index capacity;
   };
   /// All in one launch; at most kMostMovedFields.
   void reorder(ExecContext& ctx, std::initializer_list<Field> fields) const;
@@ -93,7 +93,7 @@ class NeighbourSearch {
   float reach_m_;
   Buffer<std::uint32_t> cell_, arrival_;
   Buffer<Index> begin_, table_size_, placed_, groups_, cell_ids_, order_;
-  Buffer<SearchParticle> particles_;  ///< and room to read eight at once
+  Buffer<SearchParticle> particles_;  ///< and capacity to read eight at once
   TileScan scan_;
   View<const Index> first_copy_;
 };

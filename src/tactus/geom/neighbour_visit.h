@@ -6,17 +6,21 @@
 namespace tactus {
 
 /// Neighbours that a visit found, for the visits that follow while nothing moves. On a GPU there is one list
-/// a particle; on a CPU, one for the eight that are visited together. Where a list has no room cells are
-/// searched again, so sums don't depend on the room.
+/// a particle; on a CPU, one for the eight that are visited together. Where a list has no capacity cells are
+/// searched again, so sums don't depend on the capacity.
 struct NearLists {
-  static constexpr Index kRoom = 64;  ///< a particle
+  static constexpr Index kCapacity = 64;  ///< a particle
   static constexpr Index kFull = -1;
   static constexpr Index kRow = 32;  ///< particles whose lists are interwoven on a GPU
   View<Index> count;                 ///< by slot; on a CPU, of eight at the first's
   View<Index> near;
-  TACTUS_HD static Index size(Index particles) { return ceil_div(particles, kRow) * kRow * kRoom; }
-  TACTUS_HD Index& of_one(Index i, Index k) const { return near[(i / kRow * kRoom + k) * kRow + i % kRow]; }
-  TACTUS_HD View<Index> of_eight(Index first) const { return near.part(first * kRoom, kVisitLanes * kRoom); }
+  TACTUS_HD static Index size(Index particles) { return ceil_div(particles, kRow) * kRow * kCapacity; }
+  TACTUS_HD Index& of_one(Index i, Index k) const {
+    return near[(i / kRow * kCapacity + k) * kRow + i % kRow];
+  }
+  TACTUS_HD View<Index> of_eight(Index first) const {
+    return near.part(first * kCapacity, kVisitLanes * kCapacity);
+  }
 };
 enum class ListUse : Index { none, write, read };
 
@@ -127,12 +131,12 @@ struct VisitNeighbours {
         for (int u = 0; u < kListedAtOnce; ++u) {
           const Vec3f d = other[u].x_m - x;
           if (first + u >= run.last || !(dot(d, d) <= reach_m2)) continue;
-          if (listed < NearLists::kRoom) lists.of_one(i, listed) = first + u;
+          if (listed < NearLists::kCapacity) lists.of_one(i, listed) = first + u;
           ++listed;
         }
       }
     });
-    return listed <= NearLists::kRoom ? listed : NearLists::kFull;
+    return listed <= NearLists::kCapacity ? listed : NearLists::kFull;
   }
   TACTUS_HD void add_listed_alone(Own1& own, Vec3f x, Index i, Index listed) const {
     constexpr int kAtOnce = at_once();
@@ -229,7 +233,7 @@ struct VisitNeighbours {
         Index is_near[kVisitLanes];
 #pragma omp simd
         for (int t = 0; t < kVisitLanes; ++t) {
-          const Vec3f& p = among.particles.data()[first + t].x_m;  // there is room behind the last
+          const Vec3f& p = among.particles.data()[first + t].x_m;  // there is capacity behind the last
           const float px = p.x, py = p.y, pz = p.z;
           const float x = max(low.x - px, px - high.x), y = max(low.y - py, py - high.y),
                       z = max(low.z - pz, pz - high.z);

@@ -4,7 +4,7 @@
 
 namespace tactus {
 
-TileScan::TileScan(Device& device, Index room) : tile_sum_(device, ceil_div(room, kScanTile)) {}
+TileScan::TileScan(Device& device, Index capacity) : tile_sum_(device, ceil_div(capacity, kScanTile)) {}
 
 void TileScan::run(ExecContext& ctx, const char* name, Count count, View<Index> values, View<Index> total) {
   const Index tiles = ceil_div(count.capacity, kScanTile);

@@ -7,7 +7,7 @@ namespace tactus {
 /// Exclusive sums in place, of a count that the device knows; see tile_scan_kernels.h.
 class TileScan {
  public:
-  TileScan(Device& device, Index room);
+  TileScan(Device& device, Index capacity);
   /// @param values count numbers, and a place for the sum of all behind them
   /// @param total (1) the same sum
   void run(ExecContext& ctx, const char* name, Count count, View<Index> values, View<Index> total);

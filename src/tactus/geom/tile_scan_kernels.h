@@ -1,6 +1,6 @@
 #pragma once
 /// Exclusive sums of as many numbers as the device says, in two launches: tiles that it does not need end at
-/// once, so the time follows the count and not the room.
+/// once, so the time follows the count and not the capacity.
 #include "tactus/compute/fold.h"
 
 namespace tactus {
@@ -40,7 +40,7 @@ struct ScanTile {
   };
   Count count;
   View<const Index> tile_sum;
-  View<Index> values;  ///< (room + 1)
+  View<Index> values;  ///< (capacity + 1)
   View<Index> total;   ///< (1)
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {

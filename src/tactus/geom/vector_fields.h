@@ -20,18 +20,18 @@ TACTUS_HD inline void store_vector(View<float> fields, Index cells, Index cell, 
   fields[2 * cells + cell] = v.z;
 }
 
-/// Nodes in cells: x + extrapolation_s v and v.
+/// Nodes in cells: x + prediction_s v and v.
 struct NodeFields {
-  View<float> extrapolated_m, v_m_s;  ///< three fields each
-  Index cells = 0;                    ///< 0: nodes are elsewhere
-  float extrapolation_s = 0;
+  View<float> predicted_m, v_m_s;  ///< three fields each
+  Index cells = 0;                 ///< 0: nodes are elsewhere
+  float prediction_s = 0;
   TACTUS_HD Vec3f velocity(Index cell) const { return vector_at(v_m_s, cells, cell); }
   TACTUS_HD Vec3f position(Index cell) const {
-    return vector_at(extrapolated_m, cells, cell) - extrapolation_s * velocity(cell);
+    return vector_at(predicted_m, cells, cell) - prediction_s * velocity(cell);
   }
   TACTUS_HD void change(Index cell, Vec3f dx_m, Vec3f dv_m_s) const {
-    store_vector(extrapolated_m, cells, cell,
-                 vector_at(extrapolated_m, cells, cell) + (dx_m + extrapolation_s * dv_m_s));
+    store_vector(predicted_m, cells, cell,
+                 vector_at(predicted_m, cells, cell) + (dx_m + prediction_s * dv_m_s));
     store_vector(v_m_s, cells, cell, velocity(cell) + dv_m_s);
   }
 };

@@ -136,7 +136,7 @@ void write_synthetic_rig(std::ostream& out) {
       if (moving != figure.moving()) continue;
       out << "| `" << name << "`" << (moving ? ", moving" : "") << " | " << box_text(figure.bounds_m())
           << " |\n";
-      if (moving) out << "| its way | " << box_text(figure_way_m(name)) << " |\n";
+      if (moving) out << "| its way | " << box_text(figure_displacement_m(name)) << " |\n";
     }
   }
 }

@@ -59,13 +59,14 @@ void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
             r.smooth, {"", 0, 100});
   v.real({"depth_jump_m", "neighbouring depth pixels that differ by more mix two surfaces and are not used"},
          r.depth_jump_m, positive("m", 100));
-  const Range room{"", 0, 1 << 30};
-  v.integer({"max_active_bricks", "room for bricks of 8^3 voxels that hold surface (0: from the resolution)"},
-            r.max_active_bricks, room);
-  v.integer({"max_vertices", "room for vertices of the surface (0: from the resolution)"}, r.max_vertices,
-            room);
-  v.integer({"max_triangles", "room for triangles of the surface (0: twice max_vertices)"}, r.max_triangles,
-            room);
+  const Range capacity{"", 0, 1 << 30};
+  v.integer(
+      {"max_active_bricks", "capacity for bricks of 8^3 voxels that hold surface (0: from the resolution)"},
+      r.max_active_bricks, capacity);
+  v.integer({"max_vertices", "capacity for vertices of the surface (0: from the resolution)"}, r.max_vertices,
+            capacity);
+  v.integer({"max_triangles", "capacity for triangles of the surface (0: twice max_vertices)"},
+            r.max_triangles, capacity);
 }
 
 void describe_shape(FieldVisitor& v, ShapeDescription& s) {
@@ -217,15 +218,15 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
              "whether `blades` cut its elements; it needs memory for copies of cubes. Cubes with nodes that "
              "are moved, loaded or of shape matching are never cut"},
             b.cuttable);
-  v.integer_or_auto({"cut_room", "copies of cubes that cuts may make, two or more per cube that is cut"},
-                    b.cut_room, {"", 8, 10000000}, "a quarter of the cubes, at least 2000");
+  v.integer_or_auto({"cut_capacity", "copies of cubes that cuts may make, two or more per cube that is cut"},
+                    b.cut_capacity, {"", 8, 10000000}, "a quarter of the cubes, at least 2000");
   v.real_or_auto({"cut_energy_j_m2",
                   "work that a new wall takes, per area: liver 164 (Gokgol et al. 2012). The score tells the "
                   "force on the blade from it; nothing moves by that"},
                  b.cut_energy_j_m2, positive("J/m^2", 1e6), "unknown: no force is told");
   v.section({"bleeding", "the walls of cuts give off `fluid`, where there is room for a particle of it"},
             [&](FieldVisitor& in) { describe_bleeding(in, b.bleeding.emplace()); });
-  for (const char* key : {"cut_room", "cut_energy_j_m2", "bleeding"})
+  for (const char* key : {"cut_capacity", "cut_energy_j_m2", "bleeding"})
     v.only_when(b.cuttable, key, "'cuttable' is true");
   v.check(
       !b.bleeding || b.contact, "bleeding",

@@ -21,7 +21,7 @@ void add(std::string& text, Vec3d v) {
   text += line;
 }
 
-/// Strains of those of its cubes that are there: neither cut nor room for copies.
+/// Strains of those of its cubes that are there: neither cut nor capacity for copies.
 struct Shown {
   std::span<const CubeStrain> strains;
   std::vector<std::size_t> cubes;

@@ -63,7 +63,7 @@ struct Slab {
   Index count() const { return end - begin; }
 };
 /// Cuts layers into slabs of nearly equal cost at multiples of `align`, none thinner than `least` layers (a
-/// multiple of `align`): `parts` of them, or as many as there is room for, at least one.
+/// multiple of `align`): `parts` of them, or as many as there is capacity for, at least one.
 std::vector<Slab> split_by_cost(std::span<const double> cost_of_layer, int parts, Index align, Index least);
 
 }  // namespace tactus

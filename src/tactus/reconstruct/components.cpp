@@ -37,19 +37,19 @@ struct Moments {
   }
 };
 
-void describe(MeshComponent& piece, const Moments& m, Vec3d origin_m) {
-  piece.volume_m3 = m.volume;
-  piece.area_m2 = m.area;
-  // An open or flat piece has no volume to speak of: less than a thousandth of a ball's of the same area.
+void describe(MeshComponent& component, const Moments& m, Vec3d origin_m) {
+  component.volume_m3 = m.volume;
+  component.area_m2 = m.area;
+  // An open or flat component has no volume to speak of: less than a thousandth of a ball's of the same area.
   const bool solid = std::abs(m.volume) > 1e-3 * 0.094 * m.area * std::sqrt(m.area);
   const Vec3d center = solid ? m.first / m.volume : (m.area > 0 ? m.area_first / m.area : Vec3d{});
-  piece.centroid_m = origin_m + center;
-  piece.axes = Mat3d::identity();
+  component.centroid_m = origin_m + center;
+  component.axes = Mat3d::identity();
   if (!solid) return;
   const Mat3d covariance = 1 / m.volume * m.second - outer(center, center);
   const SymmetricEigen eigen = symmetric_eigen(covariance);
-  piece.axes = eigen.vectors;
-  for (int i = 0; i < 3; ++i) piece.extent_m[i] = std::sqrt(std::max(eigen.values[i], 0.0));
+  component.axes = eigen.vectors;
+  for (int i = 0; i < 3; ++i) component.extent_m[i] = std::sqrt(std::max(eigen.values[i], 0.0));
 }
 
 void check_triangles(const TriangleMesh& mesh) {
@@ -77,44 +77,44 @@ MeshComponents find_components(const TriangleMesh& mesh) {
     const Index c = root_of(parent, t[2]), d = root_of(parent, t[0]);
     parent[static_cast<std::size_t>(std::max(c, d))] = std::min(c, d);
   }
-  std::vector<Index> piece_of_root(count, -1);
+  std::vector<Index> component_of_root(count, -1);
   std::vector<Moments> moments;
   const auto at = [&](Index v) { return vec_cast<double>(mesh.positions_m[static_cast<std::size_t>(v)]); };
   const Vec3d origin_m = mesh.positions_m.empty() ? Vec3d{} : at(0);
   result.of_vertex.assign(count, -1);
   for (const auto& t : mesh.triangles) {
-    Index& piece = piece_of_root[static_cast<std::size_t>(root_of(parent, t[0]))];
-    if (piece < 0) {
-      piece = static_cast<Index>(result.pieces.size());
-      result.pieces.emplace_back();
+    Index& component = component_of_root[static_cast<std::size_t>(root_of(parent, t[0]))];
+    if (component < 0) {
+      component = static_cast<Index>(result.components.size());
+      result.components.emplace_back();
       moments.emplace_back();
     }
-    MeshComponent& p = result.pieces[static_cast<std::size_t>(piece)];
+    MeshComponent& p = result.components[static_cast<std::size_t>(component)];
     ++p.triangles;
-    moments[static_cast<std::size_t>(piece)].add(at(t[0]) - origin_m, at(t[1]) - origin_m,
-                                                 at(t[2]) - origin_m);
+    moments[static_cast<std::size_t>(component)].add(at(t[0]) - origin_m, at(t[1]) - origin_m,
+                                                     at(t[2]) - origin_m);
     for (const Index v : t) {
       Index& owner = result.of_vertex[static_cast<std::size_t>(v)];
       if (owner < 0) ++p.vertices;
-      owner = piece;
+      owner = component;
     }
   }
-  for (std::size_t i = 0; i < moments.size(); ++i) describe(result.pieces[i], moments[i], origin_m);
+  for (std::size_t i = 0; i < moments.size(); ++i) describe(result.components[i], moments[i], origin_m);
   // Largest first; the order of first triangles decides between equals.
-  std::vector<Index> order(result.pieces.size()), rank(result.pieces.size());
+  std::vector<Index> order(result.components.size()), rank(result.components.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-    return result.pieces[static_cast<std::size_t>(a)].volume_m3 >
-           result.pieces[static_cast<std::size_t>(b)].volume_m3;
+    return result.components[static_cast<std::size_t>(a)].volume_m3 >
+           result.components[static_cast<std::size_t>(b)].volume_m3;
   });
   std::vector<MeshComponent> sorted;
   for (std::size_t i = 0; i < order.size(); ++i) {
-    sorted.push_back(result.pieces[static_cast<std::size_t>(order[i])]);
+    sorted.push_back(result.components[static_cast<std::size_t>(order[i])]);
     rank[static_cast<std::size_t>(order[i])] = static_cast<Index>(i);
   }
-  result.pieces = std::move(sorted);
-  for (Index& piece : result.of_vertex) {
-    if (piece >= 0) piece = rank[static_cast<std::size_t>(piece)];
+  result.components = std::move(sorted);
+  for (Index& component : result.of_vertex) {
+    if (component >= 0) component = rank[static_cast<std::size_t>(component)];
   }
   return result;
 }

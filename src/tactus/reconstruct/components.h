@@ -1,12 +1,12 @@
 #pragma once
-/// The separate pieces of a surface: how large, where, and how they lie. On the host.
+/// The separate components of a surface: how large, where, and how they lie. On the host.
 #include <vector>
 
 #include "tactus/geom/mesh.h"
 
 namespace tactus {
 
-/// One connected piece of a mesh. Moments are those of the enclosed volume (divergence theorem).
+/// One connected component of a mesh. Moments are those of the enclosed volume (divergence theorem).
 struct MeshComponent {
   Index vertices = 0, triangles = 0;
   double volume_m3 = 0;  ///< negative: the wall of a cavity
@@ -18,11 +18,11 @@ struct MeshComponent {
 };
 
 struct MeshComponents {
-  std::vector<MeshComponent> pieces;  ///< largest volume first
-  std::vector<Index> of_vertex;       ///< index into pieces; -1: the vertex is in no triangle
+  std::vector<MeshComponent> components;  ///< largest volume first
+  std::vector<Index> of_vertex;           ///< index into components; -1: the vertex is in no triangle
 };
 
-/// Pieces that share no vertex. @throws Error when a triangle has a vertex that is not there.
+/// Components that share no vertex. @throws Error when a triangle has a vertex that is not there.
 MeshComponents find_components(const TriangleMesh& mesh);
 
 /// The axes (rows) with the signs nearest to those of before; right-handed.

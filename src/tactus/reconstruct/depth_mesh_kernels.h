@@ -99,8 +99,9 @@ struct CutAtDepth {
   }
 
   TACTUS_HD void move(const Shared& s, int t, Vec3f& position_m) const {
-    const Vec3f inner_m = origin_m + voxel_size_m * s.at(t, 0.F), way_m = position_m - inner_m;
-    const float hull = abs(way_m.x + way_m.y + way_m.z);  // of the edge's axis; the others differ by rounding
+    const Vec3f inner_m = origin_m + voxel_size_m * s.at(t, 0.F), displacement_m = position_m - inner_m;
+    const float hull = abs(displacement_m.x + displacement_m.y +
+                           displacement_m.z);  // of the edge's axis; the others differ by rounding
     const float leave = clamp(s.leave[t], EmitVertices::kEdgeMargin, 1 - EmitVertices::kEdgeMargin);
     if (s.leave[t] < 1 && leave * voxel_size_m < hull) position_m = origin_m + voxel_size_m * s.at(t, leave);
   }

@@ -22,7 +22,7 @@ namespace {
 constexpr double kTilesAlong = 40, kVoxelsInTile = 2.5;
 /// With fewer tiles the share of those covered means little.
 constexpr Index kLeastTiles = 12;
-/// Share of the surface that few cameras see from which its pieces are looked at.
+/// Share of the surface that few cameras see from which its components are looked at.
 constexpr double kSuspectSurface = 0.02;
 /// Recall of the tiles below which the host measures: of the worst view, of all. Tiles flatter thin hulls.
 constexpr double kSuspectRecall = 0.93, kSuspectMean = 0.95;
@@ -315,17 +315,18 @@ void HullCheck::examine(Exam& exam) const {
   exam.found = judge_hull(cameras_, exam.quality, workspace_m_);
   if (exam.is_first) name_cause(exam);
   if (!exam.has_phantoms || any_fatal(exam.found)) return;
-  for (HullFinding& piece : find_pieces_seen_by_few(cameras_, exam.mesh, few_cameras(cameras_.size())))
-    exam.found.push_back(std::move(piece));
+  for (HullFinding& component :
+       find_components_seen_by_few(cameras_, exam.mesh, few_cameras(cameras_.size())))
+    exam.found.push_back(std::move(component));
 }
 
 /// Once, of cameras that have a mask.
 void HullCheck::find_bounds(Exam& exam) {
-  if (bounds_told_ || has_depth_ || exam.mesh.positions_m.empty() || any_fatal(exam.found)) return;
+  if (bounds_reported_ || has_depth_ || exam.mesh.positions_m.empty() || any_fatal(exam.found)) return;
   std::vector<Camera> used;
   for (std::size_t c = 0; c < cameras_.size(); ++c)
     if (!exam.given[c].words.empty()) used.push_back(cameras_[c]);
-  bounds_told_ = true;
+  bounds_reported_ = true;
   if (std::optional<HullFinding> bad = find_bad_bounds(used, exam.mesh.positions_m)) {
     // The workspace is not at fault where it cuts space that no camera bounds.
     std::erase_if(exam.found, [](const HullFinding& f) { return f.fault == HullFault::cut_by_workspace; });
@@ -368,19 +369,19 @@ std::vector<HullFinding> HullCheck::take(Exam& exam) {
   return std::move(exam.found);
 }
 
-/// @param in_haste a frame has no time: the host measures the first one at once, then those in doubt beside
+/// @param is_reduced a frame has no time: the host measures the first one at once, then those in doubt beside
 /// the frames that follow, and these more and more seldom
-std::vector<HullFinding> HullCheck::find(ExecContext& ctx, bool in_haste) {
+std::vector<HullFinding> HullCheck::find(ExecContext& ctx, bool is_reduced) {
   Exam exam{.quality = quality(ctx),
             .has_phantoms = seen_by_few_ >= kSuspectSurface && cameras_.size() > 2,
             .has_tools = has_tools_,
             .is_first = !cause_asked_};
-  if (in_haste && waiting_) {
+  if (is_reduced && waiting_) {
     if (--ticks_to_answer_ > 0) return {};
     worker_.finish();
     return take(*std::exchange(waiting_, nullptr));
   }
-  exam.exactly = !in_haste || host_interval_ == 1 || is_doubtful(exam.quality);
+  exam.exactly = !is_reduced || host_interval_ == 1 || is_doubtful(exam.quality);
   const bool on_host =
       exam.quality.something_seen && exam.quality.vertices > 0 && (exam.exactly || exam.has_phantoms);
   if (!on_host) {
@@ -389,8 +390,8 @@ std::vector<HullFinding> HullCheck::find(ExecContext& ctx, bool in_haste) {
     examine(exam);
     return take(exam);
   }
-  if (in_haste && --ticks_to_host_ > 0) return {};  // a doubt is no finding
-  const bool at_once = !in_haste || host_interval_ == 1;
+  if (is_reduced && --ticks_to_host_ > 0) return {};  // a doubt is no finding
+  const bool at_once = !is_reduced || host_interval_ == 1;
   ticks_to_host_ = host_interval_;
   host_interval_ = std::min(2 * host_interval_, kMostTicksToHost);
   exam.mesh = to_host_mesh(ctx, exam.quality.vertices);
@@ -408,12 +409,12 @@ std::vector<HullFinding> HullCheck::find(ExecContext& ctx, bool in_haste) {
 std::vector<HullFinding> HullCheck::fresh(const std::vector<HullFinding>& found) {
   std::vector<HullFinding> fresh;
   for (const HullFinding& f : found) {
-    const bool known = std::any_of(told_.begin(), told_.end(), [&](const HullFinding& t) {
+    const bool known = std::any_of(reported_.begin(), reported_.end(), [&](const HullFinding& t) {
       return t.fault == f.fault && t.camera == f.camera;
     });
     if (!known) fresh.push_back(f);
   }
-  told_.insert(told_.end(), fresh.begin(), fresh.end());
+  reported_.insert(reported_.end(), fresh.begin(), fresh.end());
   return fresh;
 }
 
@@ -425,7 +426,7 @@ std::vector<HullFinding> HullCheck::last_news() {
   return fresh(take(*std::exchange(waiting_, nullptr)));
 }
 
-std::string HullCheck::tell(ExecContext& ctx) {
+std::string HullCheck::report(ExecContext& ctx) {
   const bool was_well = was_well_;
   return texts_of(news(ctx), was_well);
 }

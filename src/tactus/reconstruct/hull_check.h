@@ -16,7 +16,7 @@
 
 namespace tactus {
 
-/// Owned by the code that steps frames. Per frame: `submit` when the mesh is made, then `tell` or `judge`.
+/// Owned by the code that steps frames. Per frame: `submit` when the mesh is made, then `report` or `judge`.
 class HullCheck {
  public:
   /// Most vertices that are looked at.
@@ -46,8 +46,9 @@ class HullCheck {
   std::vector<HullFinding> last_news();
   /// The texts of `news`. @throws Error when one is fatal and no frame before was well: then the rig is
   /// wrong. (Later the object may have left.)
-  std::string tell(ExecContext& ctx);
-  /// The texts of all that is found in this frame, told before or not, without haste. @throws likewise.
+  std::string report(ExecContext& ctx);
+  /// The texts of all that is found in this frame, told before or not, however long it takes. @throws
+  /// likewise.
   std::string judge(ExecContext& ctx);
 
  private:
@@ -55,8 +56,8 @@ class HullCheck {
   void take_mask(std::size_t camera, const BitMask& mask);
   void find_content();
   bool is_doubtful(const HullQuality& quality) const;
-  std::vector<HullFinding> find(ExecContext& ctx, bool in_haste);
-  /// Those of the findings that `told_` does not have yet; adds them to it.
+  std::vector<HullFinding> find(ExecContext& ctx, bool is_reduced);
+  /// Those of the findings that `reported_` does not have yet; adds them to it.
   std::vector<HullFinding> fresh(const std::vector<HullFinding>& found);
   TriangleMesh to_host_mesh(ExecContext& ctx, Index vertices) const;
   BitMask within_workspace(std::size_t camera, BitMask mask) const;
@@ -95,10 +96,10 @@ class HullCheck {
   };
   std::vector<Content> content_;
   bool something_seen_ = false, was_well_ = false;
-  bool has_depth_ = false, bounds_told_ = false, cause_asked_ = false, focal_asked_ = false;
+  bool has_depth_ = false, bounds_reported_ = false, cause_asked_ = false, focal_asked_ = false;
   bool has_tools_ = false;                  ///< taken out of masks in this frame
   std::vector<std::uint32_t> taken_tiles_;  ///< that have a pixel of them
-  std::vector<HullFinding> told_;
+  std::vector<HullFinding> reported_;
   MeshView mesh_;           ///< of the last `submit`
   double seen_by_few_ = 0;  ///< share of its surface
   Index ticks_to_host_ = 0, host_interval_ = 1;

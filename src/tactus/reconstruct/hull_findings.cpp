@@ -186,15 +186,15 @@ Index few_cameras(std::size_t cameras) {
   return std::min(n, std::max(3, (n + 1) / 2));
 }
 
-std::vector<HullFinding> find_pieces_seen_by_few(std::span<const Camera> cameras, const TriangleMesh& mesh,
-                                                 Index few) {
+std::vector<HullFinding> find_components_seen_by_few(std::span<const Camera> cameras,
+                                                     const TriangleMesh& mesh, Index few) {
   std::vector<HullFinding> findings;
   const MeshComponents parts = find_components(mesh);
-  if (parts.pieces.size() < 2) return findings;
-  std::vector<Index> by_few(parts.pieces.size()), vertices(parts.pieces.size());
+  if (parts.components.size() < 2) return findings;
+  std::vector<Index> by_few(parts.components.size()), vertices(parts.components.size());
   for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) {
     if (parts.of_vertex[i] < 0) continue;
-    const auto piece = static_cast<std::size_t>(parts.of_vertex[i]);
+    const auto component = static_cast<std::size_t>(parts.of_vertex[i]);
     Index views = 0;
     for (const Camera& camera : cameras) {
       const Pixel at = project(camera, vec_cast<double>(mesh.positions_m[i]));
@@ -203,20 +203,20 @@ std::vector<HullFinding> find_pieces_seen_by_few(std::span<const Camera> cameras
                    ? 1
                    : 0;
     }
-    ++vertices[piece];
-    by_few[piece] += views < few ? 1 : 0;
+    ++vertices[component];
+    by_few[component] += views < few ? 1 : 0;
   }
   const auto is_seen_by_few = [&](std::size_t p) { return 2 * by_few[p] > vertices[p]; };
   bool any_well_seen = false;
   for (std::size_t p = 0; p < vertices.size(); ++p) any_well_seen |= !is_seen_by_few(p);
   for (std::size_t p = 0; p < vertices.size() && any_well_seen; ++p) {
-    const MeshComponent& piece = parts.pieces[p];
-    if (!is_seen_by_few(p) || piece.volume_m3 <= 0) continue;
+    const MeshComponent& component = parts.components[p];
+    if (!is_seen_by_few(p) || component.volume_m3 <= 0) continue;
     char where[96];
-    std::snprintf(where, sizeof where, "(%.3g,%.3g,%.3g) m", piece.centroid_m.x, piece.centroid_m.y,
-                  piece.centroid_m.z);
+    std::snprintf(where, sizeof where, "(%.3g,%.3g,%.3g) m", component.centroid_m.x, component.centroid_m.y,
+                  component.centroid_m.z);
     findings.push_back({HullFault::body_seen_by_few, -1, false,
-                        "a separate piece at " + std::string(where) + " is seen by fewer than " +
+                        "a separate component at " + std::string(where) + " is seen by fewer than " +
                             std::to_string(few) + " of " + std::to_string(cameras.size()) +
                             " cameras and may be a phantom: raise reconstruction.min_views (--min-views), or "
                             "shrink the workspace"});

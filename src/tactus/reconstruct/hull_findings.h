@@ -41,7 +41,7 @@ enum class HullFault : std::uint8_t {
   mask_outside,      ///< one mask shows more outside the workspace than the others do
   looks_elsewhere,   ///< one camera does not look at the workspace
   views_contradict,  ///< no view is odd, yet their masks are poorly covered
-  body_seen_by_few,  ///< a separate piece that few cameras see
+  body_seen_by_few,  ///< a separate component that few cameras see
   focal_length,      ///< frontier points fit with other focal lengths
   bounded_badly,     ///< one or two cameras, or all on one line of sight
 };
@@ -69,10 +69,10 @@ struct HullLimits {
 std::vector<HullFinding> judge_hull(std::span<const Camera> cameras, const HullQuality& quality,
                                     const Box3f& workspace_m, const HullLimits& limits = {});
 
-/// Pieces of the mesh of which more than half is seen by fewer than `few` cameras, while another piece is
-/// seen by more. Host; for meshes that are there anyway.
-std::vector<HullFinding> find_pieces_seen_by_few(std::span<const Camera> cameras, const TriangleMesh& mesh,
-                                                 Index few);
+/// Components of the mesh of which more than half is seen by fewer than `few` cameras, while another
+/// component is seen by more. Host; for meshes that are there anyway.
+std::vector<HullFinding> find_components_seen_by_few(std::span<const Camera> cameras,
+                                                     const TriangleMesh& mesh, Index few);
 /// Fewer cameras than this are few: half of them, at least three where there are so many.
 Index few_cameras(std::size_t cameras);
 

@@ -70,7 +70,7 @@ struct PartRange {
   Index first = 0;        ///< active bricks of the parts before
   Index own = 0;          ///< this part's share
   Index counted = 0;      ///< those and the neighbours above, whose vertices are numbered here, too
-  Index held = 0;         ///< those and their neighbours above: the slots in use, if there is room
+  Index held = 0;         ///< those and their neighbours above: the slots in use, if there is capacity
   Index ghost_words = 0;  ///< words that the signs of all but the own ones fill
 };
 
@@ -310,7 +310,7 @@ struct FetchGhosts {
     Index owner = part + 1;
     while (share_begin(all, owner + 1, parts) <= number) ++owner;
     const Index from = kSignWords * (number - share_begin(all, owner, parts)) + i % kSignWords;
-    // Where the owner has no room there are no signs; the report says so.
+    // Where the owner has no capacity there are no signs; the report says so.
     out[kSignWords * range[0].own + i] = from < rows[owner].size() ? rows[owner][from] : 0U;
   }
 };

@@ -87,8 +87,8 @@ void push_triangles(ExecContext& ctx, View<const Vec3i> triangles, View<const Pa
 
 template <class F>
 void HullPart::each_buffer(const HullPlan& plan, F&& visit) {
-  const HullCapacity& room = plan.capacity;
-  const std::int64_t slots = room.bricks;
+  const HullCapacity& capacity = plan.capacity;
+  const std::int64_t slots = capacity.bricks;
   masks.each_buffer(plan.silhouettes, visit);
   visit(tiles, plan.tiles);
   visit(tile_first, plan.tiles + 1);
@@ -100,9 +100,9 @@ void HullPart::each_buffer(const HullPlan& plan, F&& visit) {
   visit(crossings, slots * kBrickRows);
   visit(row_start, slots * kBrickRows);
   visit(mesh_start, slots + 1);
-  visit(positions_m, std::int64_t{keeps_vertices(plan) ? room.vertices : 0});
-  visit(triangles, std::int64_t{keeps_triangles() ? room.triangles : 0});
-  if (!plan.depth.empty()) depth.each_buffer(plan.depth, plan.blocks, room.bricks, visit);
+  visit(positions_m, std::int64_t{keeps_vertices(plan) ? capacity.vertices : 0});
+  visit(triangles, std::int64_t{keeps_triangles() ? capacity.triangles : 0});
+  if (!plan.depth.empty()) depth.each_buffer(plan.depth, plan.blocks, capacity.bricks, visit);
 }
 
 }  // namespace tactus

@@ -50,14 +50,14 @@ void check_options(std::span<const Camera> rig, const HullOptions& options) {
     throw usage_error("min_views " + std::to_string(options.min_views) + ": expected 0 to " +
                       std::to_string(kMaxCameras));
   }
-  const auto check_room = [](Index value, Index most, const char* name) {
+  const auto check_capacity = [](Index value, Index most, const char* name) {
     if (value < 0 || value > most)
       throw usage_error(std::string(name) + " " + std::to_string(value) +
                         ": expected 0 (from the resolution) to " + std::to_string(most));
   };
-  check_room(options.max_active_bricks, ((std::int64_t{1} << 31) - 1) / kBrickRows, "max_active_bricks");
-  check_room(options.max_vertices, kMostElements, "max_vertices");
-  check_room(options.max_triangles, kMostElements, "max_triangles");
+  check_capacity(options.max_active_bricks, ((std::int64_t{1} << 31) - 1) / kBrickRows, "max_active_bricks");
+  check_capacity(options.max_vertices, kMostElements, "max_vertices");
+  check_capacity(options.max_triangles, kMostElements, "max_triangles");
   if (!is_workspace(options.workspace_m)) throw usage_error(std::string("workspace: ") + kWorkspaceRange);
   for (const Camera& camera : rig) check_camera(camera);
 }

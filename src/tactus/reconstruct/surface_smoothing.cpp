@@ -64,7 +64,7 @@ void SurfaceSmoothing::restore_volume(ExecContext& ctx, const MeshView& mesh, Vi
 
 MeshView SurfaceSmoothing::smooth(ExecContext& ctx, const MeshView& mesh, float edge_m, int steps) {
   if (mesh.positions_m.size() != positions_.size() || mesh.triangles.size() != normals_.size())
-    throw Error("smoothing: the mesh has room for " + std::to_string(mesh.positions_m.size()) +
+    throw Error("smoothing: the mesh has capacity for " + std::to_string(mesh.positions_m.size()) +
                 " vertices and " + std::to_string(mesh.triangles.size()) + " triangles, expected " +
                 std::to_string(positions_.size()) + " and " + std::to_string(normals_.size()));
   if (steps < 1 || !(edge_m > 0))

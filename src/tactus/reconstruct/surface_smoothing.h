@@ -15,7 +15,7 @@ class SurfaceSmoothing {
   /// until the next call. Asynchronous; allocates nothing after its first call, and may then be recorded.
   /// @param edge_m typical edge (the voxel) [m]  @param steps 1 or more; each looks one ring of triangles
   /// farther
-  /// @throws Error when the mesh has more room than this, or for numbers out of range.
+  /// @throws Error when the mesh has more capacity than this, or for numbers out of range.
   MeshView smooth(ExecContext& ctx, const MeshView& mesh, float edge_m, int steps);
   /// (max_vertices) As the last call left them.
   View<const Vec3f> positions_m() const { return positions_.const_view(); }

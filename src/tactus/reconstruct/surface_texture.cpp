@@ -10,10 +10,10 @@
 namespace tactus {
 namespace {
 
-void check_room(const char* what, const MeshView& mesh, Index room) {
-  if (mesh.positions_m.size() > room)
-    throw Error(std::string(what) + ": the mesh has room for " + std::to_string(mesh.positions_m.size()) +
-                " vertices, max_vertices is " + std::to_string(room));
+void check_capacity(const char* what, const MeshView& mesh, Index capacity) {
+  if (mesh.positions_m.size() > capacity)
+    throw Error(std::string(what) + ": the mesh has capacity for " + std::to_string(mesh.positions_m.size()) +
+                " vertices, max_vertices is " + std::to_string(capacity));
 }
 
 void check_k(Index k, std::size_t cameras) {
@@ -37,7 +37,7 @@ SurfaceNormals::SurfaceNormals(Device& device, Index max_vertices)
     : sums_(device, max_vertices), normals_(device, max_vertices) {}
 
 void SurfaceNormals::compute(ExecContext& ctx, const MeshView& mesh, float edge_m, int smoothing_steps) {
-  check_room("normals", mesh, normals_.size());
+  check_capacity("normals", mesh, normals_.size());
   if (!(edge_m > 0)) throw Error("normals: edge_m is " + std::to_string(edge_m) + ", must be > 0");
   const Count vertices = mesh.vertex_count, triangles = mesh.triangle_count;
   ctx.fill_bytes(sums_.view(), 0);
@@ -119,7 +119,7 @@ void SurfaceTexture::upload(ExecContext& ctx, std::span<const ColorImage> photos
 
 void SurfaceTexture::shade(ExecContext& ctx, const MeshView& mesh, View<const Vec3f> normals,
                            std::optional<Vec3f> eye_m) {
-  check_room("texture", mesh, colors_.size());
+  check_capacity("texture", mesh, colors_.size());
   const Count vertices = mesh.vertex_count, triangles = mesh.triangle_count;
   ctx.fill_bytes(maps_.view(), 0);
   ctx.parallel_for(
@@ -148,7 +148,7 @@ void SurfaceTexture::shade(ExecContext& ctx, const MeshView& mesh, View<const Ve
 
 void SurfaceTexture::choose(ExecContext& ctx, const MeshView& mesh, View<const Vec3f> normals) {
   if (mesh.triangles.size() > triangle_cameras_.size())
-    throw Error("texture: the mesh has room for " + std::to_string(mesh.triangles.size()) +
+    throw Error("texture: the mesh has capacity for " + std::to_string(mesh.triangles.size()) +
                 " triangles, max_triangles is " + std::to_string(triangle_cameras_.size()));
   const PhotoScore score{maps_.const_view(), PhotoChoice::kBiasVoxels * options_.voxel_size_m, 0};
   ctx.parallel_for("texture/triangles", mesh.triangle_count,

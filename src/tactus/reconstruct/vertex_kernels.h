@@ -97,7 +97,7 @@ struct EmitVertices {
     TACTUS_HD CameraBits cameras_near(int t) const { return cameras[0][t] | CameraBits{cameras[1][t]} << 32; }
     TACTUS_HD float leave(int t) const { return std::bit_cast<float>(leave_bits[t]); }
   };
-  /// Where the vertices of a brick go, and how many of them have room.
+  /// Where the vertices of a brick go, and how many of them have capacity.
   struct Run {
     Index begin, count;
   };
@@ -227,10 +227,11 @@ struct EmitVertices {
   }
 
   /// Walks projected edges pixel by pixel to the first background sample, then refines to sub-pixel.
-  /// @param edge_of(t), end_value_of(t) of the t-th @param tell(edge, bits of the parameter where it leaves)
-  template <class Block, class Edge, class Value, class Tell>
+  /// @param edge_of(t), end_value_of(t) of the t-th @param report(edge, bits of the parameter where it
+  /// leaves)
+  template <class Block, class Edge, class Value, class Report>
   TACTUS_HD void walk(const Block& b, Shared& s, int count, const HullCamera& c, int steps, Edge&& edge_of,
-                      Value&& end_value_of, Tell&& tell) const {
+                      Value&& end_value_of, Report&& report) const {
     const std::uint32_t* words = bits.data();
     const float stride = 1.F / static_cast<float>(steps);
     Walks<Block> w;
@@ -275,7 +276,7 @@ struct EmitVertices {
     b.for_own(count, [&](int t) {
       const float share = w.inside_value[t] / (w.inside_value[t] - w.outside_value[t]);
       const float leave = fma(w.outside_t[t] - w.inside_t[t], share, w.inside_t[t]);
-      tell(edge_of(t), std::bit_cast<std::uint32_t>(leave));
+      report(edge_of(t), std::bit_cast<std::uint32_t>(leave));
     });
   }
 };

@@ -311,8 +311,8 @@ MeshView VisualHull::mesh() const {
 
 std::string HullOverflow::text(const std::string& as) const {
   const std::string number = std::to_string(wanted);
-  return number + " " + what + ", room for " + std::to_string(room) + ": raise " + as + " to " + number +
-         " or more";
+  return number + " " + what + ", capacity for " + std::to_string(capacity) + ": raise " + as + " to " +
+         number + " or more";
 }
 
 void VisualHull::add_reports(Readback& readback) {
@@ -339,10 +339,10 @@ HullReport VisualHull::report() {
 HullReport VisualHull::Impl::report_of(std::span<const PartCounts> counts) const {
   HullReport report;
   report.depth = depth_status;
-  const HullCapacity& room = plan.capacity;
+  const HullCapacity& has = plan.capacity;
   const auto check = [&](Index wanted, Index capacity, const char* what, const char* option) {
     if (wanted > capacity && !report.overflow)
-      report.overflow = {.what = what, .wanted = wanted, .room = capacity, .option = option};
+      report.overflow = {.what = what, .wanted = wanted, .capacity = capacity, .option = option};
   };
   Index most_bricks = 0;
   for (const PartCounts& part : counts) {
@@ -351,11 +351,11 @@ HullReport VisualHull::Impl::report_of(std::span<const PartCounts> counts) const
     report.triangles += part.triangles;
     most_bricks = std::max(most_bricks, part.held_bricks);
   }
-  check(most_bricks, room.bricks, "surface bricks", "max_active_bricks");
-  check(report.vertices, room.vertices, "vertices", "max_vertices");
-  check(report.triangles, room.triangles, "triangles", "max_triangles");
-  report.vertices = std::min(report.vertices, room.vertices);
-  report.triangles = std::min(report.triangles, room.triangles);
+  check(most_bricks, has.bricks, "surface bricks", "max_active_bricks");
+  check(report.vertices, has.vertices, "vertices", "max_vertices");
+  check(report.triangles, has.triangles, "triangles", "max_triangles");
+  report.vertices = std::min(report.vertices, has.vertices);
+  report.triangles = std::min(report.triangles, has.triangles);
   return report;
 }
 

@@ -30,10 +30,10 @@ struct HullOptions {
   Index tolerated_views = 0;
   /// Space that fewer cameras look at is outside, 0 to 64; at most one less than there are cameras (with
   /// those of depth) counts. Two is the least with which a point has a bound along every ray: space that one
-  /// camera alone sees is a cone that ends at the workspace, a phantom. Three would cut parts of a room that
-  /// four cameras in a half circle see. A camera that missed the tick still counts.
+  /// camera alone sees is a cone that ends at the workspace, a phantom. Three would cut parts of a capacity
+  /// that four cameras in a half circle see. A camera that missed the tick still counts.
   Index min_views = 2;
-  /// Room for the surface on each device; a frame that needs more has an incomplete mesh, and its report
+  /// Capacity for the surface on each device; a frame that needs more has an incomplete mesh, and its report
   /// names the option to raise. Bricks have 8^3 voxels; those that may hold surface count, and where devices
   /// share the work, those near a border count twice. 0: from the resolution, enough for several times the
   /// sides of the workspace.
@@ -50,9 +50,10 @@ struct HullOptions {
 /// A capacity that a frame exceeded.
 struct HullOverflow {
   std::string what;  ///< "vertices"
-  Index wanted = 0, room = 0;
+  Index wanted = 0, capacity = 0;
   std::string option;  ///< of HullOptions; `wanted` or more cures it
-  /// "123 vertices, room for 10: raise max_vertices to 123 or more". @param as the users' name of the option
+  /// "123 vertices, capacity for 10: raise max_vertices to 123 or more". @param as the users' name of the
+  /// option
   std::string text(const std::string& as) const;
   std::string text() const { return text(option); }
 };

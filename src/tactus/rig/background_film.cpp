@@ -44,8 +44,8 @@ LearntRoom learn_room(const std::string& film, bool median) {
   FilmFrame frame;
   if (!video.read(frame)) throw Error(film + ": no frame of the film can be read");
   cv::Mat photo = view_of(frame);
-  const int told = video.frame_count();
-  const int stride = median ? std::max(told / kMedianFrames, 1) : 1;
+  const int reported = video.frame_count();
+  const int stride = median ? std::max(reported / kMedianFrames, 1) : 1;
   LearntRoom room{BackgroundModel(photo.cols, photo.rows), photo.cols, photo.rows, 0, 0, sharpness_of(photo)};
   double sum = 0, sum2 = 0;
   do {

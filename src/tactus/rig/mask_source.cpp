@@ -44,7 +44,7 @@ class MaskSource final : public FrameSource {
     fps_ = options.fps.value_or(file_.frames_per_s.value_or(30));
     bytes_.resize(masks_.size());
     labels_.resize(masks_.size());
-    labels_told_.resize(masks_.size());
+    labels_reported_.resize(masks_.size());
     if (sequence_) return;
     // The one frame is the whole recording: its faults are reported before any work.
     for (std::size_t i = 0; i < masks_.size(); ++i)
@@ -71,8 +71,8 @@ class MaskSource final : public FrameSource {
         const std::string odd =
             odd_coverage(std::count(pixels.begin(), pixels.end(), 255), std::ssize(pixels));
         // Labels are told once: all of a film's masks have them.
-        const bool tells = odd.empty() && !labels_[i].empty() && !labels_told_[i];
-        if (tells) labels_told_[i] = true;
+        const bool tells = odd.empty() && !labels_[i].empty() && !labels_reported_[i];
+        if (tells) labels_reported_[i] = true;
         notes_.odd(i, tells ? labels_[i] : odd);
         undistort_[i].mask(pixels.data(), scratch_, frame.silhouettes[i]);
         if (!photos_.empty()) read_color(i, frame.colors[i]);
@@ -113,7 +113,7 @@ class MaskSource final : public FrameSource {
   std::vector<Image<std::uint8_t>> bytes_;  ///< of the newest frame
   Image<std::uint8_t> scratch_;
   std::vector<std::string> labels_;  ///< notice of read_mask for masks of labels, else ""
-  std::vector<bool> labels_told_;
+  std::vector<bool> labels_reported_;
   bool sequence_ = false;
   FrameWindow window_;
   int tick_ = 0;

@@ -36,7 +36,7 @@ FilmReader open_video(const std::string& path, const Camera& camera) {
 int count_frames(const std::string& path, const Camera& camera) {
   FilmReader video = open_video(path, camera);
   if (!video.skip()) throw Error(path + ": no frame of the video can be read");
-  if (const int told = video.frame_count(); told > 0) return told;
+  if (const int reported = video.frame_count(); reported > 0) return reported;
   int count = 1;
   while (video.skip()) ++count;
   return count;
@@ -142,15 +142,15 @@ class VideoSource final : public FrameSource {
             std::make_unique<Reader>(file_.calibrated[i], file_.videos[i], file_.backgrounds[i]));
       });
     }
-    choose_leader();
+    choose_reference();
     const FrameWindow held{0, shortest() - 1};
     window_ = frame_window(path, options.first_frame ? options.first_frame : file_.first_frame,
                            options.last_frame ? options.last_frame : file_.last_frame, held,
                            lengths_.empty() ? "" : " (" + lengths_ + ")");
     tick_ = window_.first;
-    const std::optional<double> told_fps = options.fps ? options.fps : file_.frames_per_s;
-    by_stamps_ = !told_fps;
-    fps_ = told_fps.value_or(leader().fps > 0 ? leader().fps : 30);
+    const std::optional<double> reported_fps = options.fps ? options.fps : file_.frames_per_s;
+    by_stamps_ = !reported_fps;
+    fps_ = reported_fps.value_or(reference().fps > 0 ? reference().fps : 30);
     for (int i = 0; i < tick_; ++i) lead();
   }
   const Rig& rig() const override { return file_.rig; }
@@ -168,8 +168,8 @@ class VideoSource final : public FrameSource {
     tbb::parallel_for(std::size_t{0}, readers_.size(), [&](std::size_t i) { read(i, frame); });
     const NextFrame result = notes_.finish(file_.rig, frame, status_);
     depths_.read(tick_, frame.depths_m, status_);
-    for (const std::string& told : {rates_, lengths_}) {
-      if (tick_ == window_.first && !told.empty()) status_ += (status_.empty() ? "" : "; ") + told;
+    for (const std::string& reported : {rates_, lengths_}) {
+      if (tick_ == window_.first && !reported.empty()) status_ += (status_.empty() ? "" : "; ") + reported;
     }
     ++tick_;
     return result;
@@ -179,12 +179,12 @@ class VideoSource final : public FrameSource {
  private:
   /// Rates within this part of each other are the same.
   static constexpr double kSameRate = 1e-3;
-  Reader& leader() { return *readers_[leader_]; }
+  Reader& reference() { return *readers_[reference_]; }
   std::string camera_text(std::size_t i) const { return "camera '" + file_.rig.cameras[i].name + "'"; }
 
   /// Ticks are the frames of the slowest film; of the others, the frames that are nearest in time go with
   /// them. Films begin at the same moment. Says in `rates_` where rates differ.
-  void choose_leader() {
+  void choose_reference() {
     double slowest = HUGE_VAL, fastest = 0;
     std::size_t fastest_camera = 0;
     for (std::size_t i = 0; i < readers_.size(); ++i) {
@@ -192,23 +192,24 @@ class VideoSource final : public FrameSource {
       if (!(fps > 0)) continue;
       if (fps < slowest * (1 - kSameRate)) {
         slowest = fps;
-        leader_ = i;
+        reference_ = i;
       }
       if (fps > fastest * (1 + kSameRate)) {
         fastest = fps;
         fastest_camera = i;
       }
     }
-    most_off_s_ = 0.75 / (leader().fps > 0 ? leader().fps : 30);
+    most_off_s_ = 0.75 / (reference().fps > 0 ? reference().fps : 30);
     if (fastest <= slowest * (1 + kSameRate)) return;
-    rates_ = "the videos differ in their frames per second: " + camera_text(leader_) + " has " +
+    rates_ = "the videos differ in their frames per second: " + camera_text(reference_) + " has " +
              number_text(slowest) + ", " + camera_text(fastest_camera) + " " + number_text(fastest) +
              "; frames are paired by their time stamps";
   }
-  /// Frames of the leader that all cameras have one for, by the headers: after the shortest video its camera
-  /// would miss every tick, so there it ends. Says so in `lengths_`, which the first frame's status repeats.
+  /// Frames of the reference that all cameras have one for, by the headers: after the shortest video its
+  /// camera would miss every tick, so there it ends. Says so in `lengths_`, which the first frame's status
+  /// repeats.
   int shortest() {
-    const double fps = leader().fps;
+    const double fps = reference().fps;
     const auto ticks_of = [&](const Reader& r) {
       if (!(fps > 0) || !(r.fps > 0) || std::abs(r.fps / fps - 1) <= kSameRate) return r.frame_count;
       const double last_s = (r.frame_count - 1) / r.fps;
@@ -227,18 +228,18 @@ class VideoSource final : public FrameSource {
     }
     return least_ticks;
   }
-  /// The time of the next tick: the stamp of the leader's next frame that was not a tick. Where its film is
-  /// cut short, time goes on at its rate.
+  /// The time of the next tick: the stamp of the reference's next frame that was not a tick. Where its film
+  /// is cut short, time goes on at its rate.
   void lead() {
-    const double interval_s = 1 / (leader().fps > 0 ? leader().fps : 30);
+    const double interval_s = 1 / (reference().fps > 0 ? reference().fps : 30);
     const std::optional<double> next_s = next_lead_s();
     film_s_ = next_s.value_or(is_first_ ? 0 : film_s_ + interval_s);
     is_first_ = false;
   }
-  /// Time of the leader's first frame after the last tick; none at its end. The frame at the tick was taken
-  /// when that tick was read.
+  /// Time of the reference's first frame after the last tick; none at its end. The frame at the tick was
+  /// taken when that tick was read.
   std::optional<double> next_lead_s() {
-    TimedFilm& film = leader().video;
+    TimedFilm& film = reference().video;
     while (!is_first_ && film.next_s() && *film.next_s() <= film_s_) film.advance();
     return film.next_s();
   }
@@ -278,7 +279,7 @@ class VideoSource final : public FrameSource {
   FrameWindow window_;
   int tick_ = 0;
   double fps_ = 30;
-  std::size_t leader_ = 0;
+  std::size_t reference_ = 0;
   double film_s_ = 0;      ///< the tick's time since the films began, by their stamps
   double most_off_s_ = 0;  ///< frames further from it are not its
   bool is_first_ = true, by_stamps_ = true;

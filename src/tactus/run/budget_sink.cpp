@@ -8,9 +8,9 @@
 namespace tactus {
 namespace {
 
-std::vector<Saving> savings_of(const Simulation& simulation, bool draws_photographs) {
-  std::vector<Saving> all = simulation.savings();
-  if (draws_photographs) all.insert(all.begin(), Saving::photographs);
+std::vector<QualityReduction> quality_reductions_of(const Simulation& simulation, bool draws_photographs) {
+  std::vector<QualityReduction> all = simulation.quality_reductions();
+  if (draws_photographs) all.insert(all.begin(), QualityReduction::photographs);
   return all;
 }
 
@@ -20,30 +20,32 @@ std::string ms_text(double seconds) { return number_text(std::round(1e4 * second
 
 BudgetSink::BudgetSink(double budget_s, Simulation& simulation, bool draws_photographs)
     : simulation_(simulation),
-      savings_(savings_of(simulation, draws_photographs)),
-      budget_(budget_s, savings_.size()) {}
+      quality_reductions_(quality_reductions_of(simulation, draws_photographs)),
+      budget_(budget_s, quality_reductions_.size()) {}
 
 void BudgetSink::frame(RunFrame& frame) {
   const double frame_s = now_s() - frame.taken_at_s;
   frame_ms_.push_back(1e3 * frame_s);
-  savings_made_.push_back(made_);
+  reductions_made_.push_back(made_);
   if (!frame.is_new) return;
   counted_s_.push_back(frame_s);
   const std::size_t before = made_;
   made_ = budget_.next(frame_s, now_s());
   if (made_ == before) return;
-  simulation_.save(std::span(savings_).first(made_));
+  simulation_.reduce_quality(std::span(quality_reductions_).first(made_));
   const std::string when = "after frame " + std::to_string(frame.images.tick) + ", which took " +
                            ms_text(frame_s) + " of " + ms_text(budget_.budget_s()) + ": ";
   if (made_ > before)
-    frame.notices.note(Notice{"budget.less", Severity::info, when + saving_text(savings_[before]), ""});
+    frame.notices.note(Notice{"budget.less", Severity::info,
+                              when + quality_reduction_text(quality_reductions_[before]), ""});
   else
-    frame.notices.note(
-        Notice{"budget.more", Severity::info, when + "no longer: " + saving_text(savings_[made_]), ""});
+    frame.notices.note(Notice{"budget.more", Severity::info,
+                              when + "no longer: " + quality_reduction_text(quality_reductions_[made_]), ""});
 }
 
 void BudgetSink::end(RunNotices& notices) {
-  if (made_ < savings_.size() || 2 * static_cast<std::size_t>(budget_.frames_above()) <= counted_s_.size())
+  if (made_ < quality_reductions_.size() ||
+      2 * static_cast<std::size_t>(budget_.frames_above()) <= counted_s_.size())
     return;
   std::vector<double> sorted = counted_s_;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
@@ -61,7 +63,7 @@ nlohmann::json BudgetSink::to_json() const {
   return {{"ms", 1e3 * budget_.budget_s()},
           {"frames_above", budget_.frames_above()},
           {"frame_ms", frame_ms_},
-          {"savings", savings_made_}};
+          {"quality_reductions", reductions_made_}};
 }
 
 }  // namespace tactus

@@ -20,16 +20,18 @@ class BudgetSink final : public FrameSink {
   void frame(RunFrame& frame) override;
   /// Notes when most frames took longer though all was left out that can be.
   void end(RunNotices& notices) override;
-  bool leaves_out_photographs() const { return made_ > 0 && savings_.front() == Saving::photographs; }
+  bool leaves_out_photographs() const {
+    return made_ > 0 && quality_reductions_.front() == QualityReduction::photographs;
+  }
   nlohmann::json to_json() const;
 
  private:
   Simulation& simulation_;
-  std::vector<Saving> savings_;
+  std::vector<QualityReduction> quality_reductions_;
   FrameBudget budget_;
   std::size_t made_ = 0;
   std::vector<double> frame_ms_;
-  std::vector<std::size_t> savings_made_;
+  std::vector<std::size_t> reductions_made_;
   std::vector<double> counted_s_;  ///< of frames with new images
 };
 

@@ -75,7 +75,7 @@ void ExplainSink::frame(RunFrame& frame) {
   const StepReport& report = frame.report;
   const std::int64_t tick = frame.images.tick;
   for (const auto& body : frame.simulation.bodies()) {
-    if (!body->is_stopped()) note_body(report, *body, frame.simulation.context(), tick);
+    if (!body->is_frozen()) note_body(report, *body, frame.simulation.context(), tick);
   }
   for (const Notice& notice : report.notices)
     note(notice.message(), tick, 0, [&] { return notice.message(); });

@@ -66,20 +66,20 @@ NextFrame LiveSource::next(FrameSet& frame) {
   last_return_s_ = now_s();
   last_was_set_ = is_new;
   status_.clear();
-  if (const std::int64_t restarts = server_->socket_restarts(); restarts != told_restarts_) {
-    told_restarts_ = restarts;
+  if (const std::int64_t restarts = server_->socket_restarts(); restarts != reported_restarts_) {
+    reported_restarts_ = restarts;
     status_ = "the process of the live sockets was started again; cameras connect again by themselves";
   }
   if (!is_new) {
-    if (first_tick_) ++told_tick_;
-    frame.time_s = static_cast<double>(told_tick_) * period_s;
+    if (first_tick_) ++reported_tick_;
+    frame.time_s = static_cast<double>(reported_tick_) * period_s;
     return NextFrame::nothing_new;
   }
   if (!first_tick_) first_tick_ = set_.tick;
   take(frame);
   frame.tick = set_.tick - *first_tick_;
-  told_tick_ = std::max(told_tick_, frame.tick);
-  frame.time_s = static_cast<double>(told_tick_) * period_s;
+  reported_tick_ = std::max(reported_tick_, frame.tick);
+  frame.time_s = static_cast<double>(reported_tick_) * period_s;
   frame.captured_s = set_.captured_s;
   frame.released_s = set_.released_s;
   const bool any = std::any_of(set_.is_in.begin(),

@@ -43,9 +43,9 @@ class LiveSource final : public FrameSource {
   LiveSet set_;
   std::vector<PhotoCoder> photos_;
   std::optional<std::int64_t> first_tick_;
-  std::int64_t told_tick_ = 0;  ///< of the last frame, from the first set's
+  std::int64_t reported_tick_ = 0;  ///< of the last frame, from the first set's
   double last_return_s_ = 0;
-  std::int64_t told_restarts_ = 0;  ///< of the sockets
+  std::int64_t reported_restarts_ = 0;  ///< of the sockets
   bool last_was_set_ = false;
   std::string status_;
 };

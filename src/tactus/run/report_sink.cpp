@@ -66,7 +66,7 @@ nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames
     nlohmann::json of_frame = nlohmann::json::array();
     for (const BodyContact& c : frame)
       of_frame.push_back({{"body", c.body},
-                          {"piece", c.piece},
+                          {"component", c.component},
                           {"force_N", vector(c.reaction.force_N)},
                           {"torque_N_m", vector(c.reaction.torque_N_m)},
                           {"impulse_N_s", vector(c.reaction.impulse_N_s)}});
@@ -75,7 +75,7 @@ nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames
   return json;
 }
 
-/// The books of the liquid, frame by frame: placed + emitted = here + taken + replaced, exactly.
+/// The ledgers of the liquid, frame by frame: placed + emitted = here + taken + replaced, exactly.
 nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& liquid) {
   nlohmann::json json{{"particle_m3", liquid.spacing_m * liquid.spacing_m * liquid.spacing_m}};
   for (const char* key :

@@ -19,7 +19,7 @@ inline constexpr double kStrokePause_s = 0.2;
 
 /// A frame of a stroke in which cubes fell apart.
 struct CutStep {
-  double way_m =
+  double displacement_m =
       0;  ///< of the middle of the edge since the last such frame, or in this one if it is the first
   double area_m2 = 0;  ///< of new walls, one side, at rest
 };

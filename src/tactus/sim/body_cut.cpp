@@ -13,21 +13,21 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-BodyShape with_cut_room(const BodyDescription& body, BodyShape shape) {
+BodyShape with_cut_capacity(const BodyDescription& body, BodyShape shape) {
   if (!body.cuttable) return shape;
-  const Index copies = body.cut_room.value_or(std::max(2000, shape.lattice.cube_count() / 4));
+  const Index copies = body.cut_capacity.value_or(std::max(2000, shape.lattice.cube_count() / 4));
   shape.lattice =
       cut_lattice(shape.lattice, [](Vec3i, int) { return false; }, {.copies = copies, .nodes = 2 * copies});
-  // Room is made of elements: only those are cut.
+  // Capacity is made of elements: only those are cut.
   shape.elements.resize(shape.lattice.cubes.size(), 1);
   shape.material_of_cube.resize(shape.lattice.cubes.size(), 0);
   return shape;
 }
 
-Index point_room(const CubeLattice& lattice) { return 6 * static_cast<Index>(lattice.copies.size()); }
+Index point_capacity(const CubeLattice& lattice) { return 6 * static_cast<Index>(lattice.copies.size()); }
 
 /// Walls of interior copies have a dozen triangles, those at the surface some more.
-SurfaceRoom surface_room(const CubeLattice& lattice, const TriangleMesh& surface) {
+SurfaceCapacity surface_capacity(const CubeLattice& lattice, const TriangleMesh& surface) {
   const auto copies = static_cast<Index>(lattice.copies.size());
   return {static_cast<Index>(surface.positions_m.size()) + 40 * copies,
           static_cast<Index>(surface.triangles.size()) + 80 * copies};
@@ -46,19 +46,19 @@ void SoftBody::make_cuttable(ExecContext& ctx) {
         std::any_of(nodes.begin(), nodes.end(), [&](Index i) { return is_driven[at(i)] != 0; });
     may_cut.push_back(shape_.elements[at(c)] != 0 && !driven ? 1 : 0);
   }
-  const SurfaceRoom room = surface_room(lattice, shape_.surface_m);
+  const SurfaceCapacity capacity = surface_capacity(lattice, shape_.surface_m);
   cutter_.emplace(lattice, std::move(may_cut), shape_.surface_m, to_host(ctx, surface_.anchors()),
-                  cut::CutSurface::Room{room.vertices, room.triangles});
-  cutter_->take_room_for(change_);
+                  cut::CutSurface::Capacity{capacity.vertices, capacity.triangles});
+  cutter_->take_capacity_for(change_);
 }
 
 void SoftBody::make_points() {
   const BodyBoundary boundary = body_boundary(shape_.lattice, shape_.surface_m, shape_.elements);
-  const Index room = point_room(shape_.lattice);
-  points_ = SlabPoints(tissue_, shape_.lattice, boundary, room);
+  const Index capacity = point_capacity(shape_.lattice);
+  points_ = SlabPoints(tissue_, shape_.lattice, boundary, capacity);
   if (is_cuttable())
     cut_points_ = cut::CutPoints(shape_.lattice, boundary.points, boundary.anchors, boundary.bearing,
-                                 boundary.first_count, room);
+                                 boundary.first_count, capacity);
 }
 
 /// Whether no point of the strip is in reach of the body.
@@ -73,7 +73,7 @@ bool SoftBody::is_far(const cut::BladeStrip& strip) const {
 }
 
 cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
-                             const TellCut& told) {
+                             const CutObserver& observer) {
   cut::BladeTrail& trail = trails_[blade];
   if (is_far(strip)) {
     trail = {};
@@ -84,12 +84,12 @@ cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::Bla
       cutter_->cut(trail, strip, last_x_m_.empty() ? x_m_ : last_x_m_, x_m_, change_);
   journal_origins_.resize(cutter_->lattice().journals().size(), {stroke_, cut_frame_});
   if (change_.copies.empty()) return report;
-  follow(ctx, change_, told);
+  follow(ctx, change_, observer);
   surface_.update(ctx, tissue_.body());
   return report;
 }
 
-void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told) {
+void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const CutObserver& observer) {
   tissue_.apply(change);
   surface_.apply(ctx, change);
   if (stroke_walls_.size() <= at(stroke_)) stroke_walls_.resize(at(stroke_) + 1);
@@ -110,7 +110,7 @@ void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const Tell
   }
   for (const TopologyChange::Copy& copy : change.copies)
     shape_.material_of_cube[at(copy.cube)] = shape_.material_of_cube[at(copy.copy.of)];
-  if (told) told(change, points);
+  if (observer) observer(change, points);
 }
 
 std::span<const std::array<Vec3d, 3>> SoftBody::walls_of(Index stroke) const {
@@ -175,11 +175,11 @@ Index SoftBody::keep_wounds(float spacing_m) {
   wound_spacing_m_ = spacing_m;
   const float h = shape_.lattice.spacing_m;
   // A copy has a wall of some 1.2 h^2, in pieces of d^2, those at its edges in smaller ones.
-  const Index room = static_cast<Index>(shape_.lattice.copies.size()) * 2 *
-                     (2 + static_cast<Index>(1.5F * sqr(h / spacing_m)));
+  const Index capacity = static_cast<Index>(shape_.lattice.copies.size()) * 2 *
+                         (2 + static_cast<Index>(1.5F * sqr(h / spacing_m)));
   const double d = double{spacing_m} / double{h};
-  wounds_ = cut::CutWounds(d, d, room);
-  return room;
+  wounds_ = cut::CutWounds(d, d, capacity);
+  return capacity;
 }
 
 std::vector<WoundPiece> SoftBody::wound_pieces() const {

@@ -26,7 +26,7 @@ void archive_list(StateArchive& a, const char* name, std::vector<T>& list, Index
 
 }  // namespace
 
-void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& told,
+void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const CutObserver& observer,
                             const std::function<void()>& end_frame) {
   a.set_owner("cuts of body '" + name() + "'");
   std::vector<Index> edges_of, cubes_of, cubes;
@@ -68,7 +68,7 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& to
     journal_origins_.push_back(origins[k]);
     cutter_->cut(journal, change_);
     const std::vector<Vec3f> last_x_m = last_x_m_;
-    if (!change_.copies.empty()) follow(ctx, change_, told);
+    if (!change_.copies.empty()) follow(ctx, change_, observer);
     last_x_m_ = last_x_m;
     if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
   }

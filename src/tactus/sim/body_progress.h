@@ -11,7 +11,7 @@ namespace tactus {
 inline constexpr double kManyCubes = 1e6;
 
 /// "body 'b': 10.2 million cubes: made", where they are many.
-inline void tell_of_many_cubes(const BodyDescription& body, double cubes, const char* what) {
+inline void report_many_cubes(const BodyDescription& body, double cubes, const char* what) {
   if (cubes < kManyCubes) return;
   char text[32];
   std::snprintf(text, sizeof text, "%.3g million", 1e-6 * cubes);

@@ -116,7 +116,7 @@ void load_surface(const BodyDescription& body, BodyShape& shape) {
         center += (1.0 / 3) * vec_cast<double>(surface.positions_m[static_cast<std::size_t>(v)]);
       if (body.in(region.where, center)) load.triangles.push_back(static_cast<Index>(t));
     }
-    if (load.triangles.empty()) throw usage_error(load.name + " holds no piece of the body's surface");
+    if (load.triangles.empty()) throw usage_error(load.name + " holds no component of the body's surface");
     if (region.force_n) load.traction_Pa = (1 / area_m2(surface, load.triangles)) * *region.force_n;
     for (const LoadKeyDescription& key : region.over_time) load.keys.push_back({key.time_s, key.factor});
     shape.loads.push_back(std::move(load));

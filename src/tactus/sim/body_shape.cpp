@@ -309,11 +309,11 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
     check_surface(body.shape, body.spacing_m, shape);
     compute_normals(shape.surface_m);
     const Vec3f e = bounds(shape.surface_m).extent();
-    tell_of_many_cubes(body, double{e.x} * double{e.y} * double{e.z} / std::pow(body.spacing_m, 3),
-                       " cubes in its box: finding those inside");
+    report_many_cubes(body, double{e.x} * double{e.y} * double{e.z} / std::pow(body.spacing_m, 3),
+                      " cubes in its box: finding those inside");
     shape.lattice = lattice_from_mesh(shape.surface_m, options);
-    tell_of_many_cubes(body, static_cast<double>(shape.lattice.cube_count()),
-                       " cubes: making nodes, regions and tables of them");
+    report_many_cubes(body, static_cast<double>(shape.lattice.cube_count()),
+                      " cubes: making nodes, regions and tables of them");
     if (body.shape.fill == MeshFill::closed) check_spacing(body, shape);
     const RegionFinder finder(body, assets, shape.lattice,
                               [&](const LabelVolume& volume) { return solid_labels(body.shape, volume); });

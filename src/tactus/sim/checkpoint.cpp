@@ -13,7 +13,7 @@ void SoftBody::archive(StateArchive& a) {
   a.value("strain", strain_);
   a.value("node check", node_check_);
   a.value("motion", motion_);
-  a.value("whether it blew up", is_stopped_);
+  a.value("whether it blew up", is_frozen_);
   a.value("whether it was inverted", was_inverted_);
   if (!a.reads()) return;
   a.check(strain_.fastest_cube >= 0 && strain_.fastest_cube < shape_.lattice.cube_count() &&
@@ -21,7 +21,7 @@ void SoftBody::archive(StateArchive& a) {
           "strain");
   a.check(node_check_.fastest_node >= -1 && node_check_.fastest_node < node_count(), "node check");
   tissue_.set_spin(motion_.spin_rad_s);
-  if (is_stopped_) tissue_.stop();
+  if (is_frozen_) tissue_.stop();
 }
 
 /// Cuts come before the state of the nodes and cubes that they made: lists and places follow the same cuts.
@@ -43,8 +43,8 @@ void Simulation::archive_cuts(StateArchive& a) {
           touching_.apply(static_cast<Index>(k), body.cutter(), change, points);
         },
         [&] {
-          std::vector<Notice> told_before;
-          follow_cuts(k, told_before);
+          std::vector<Notice> reported_before;
+          follow_cuts(k, reported_before);
         });
   }
 }
@@ -109,14 +109,14 @@ void Simulation::archive(StateArchive& a, const FrameSet* last) {
   a.value("whether there is a surface", has_surface_);
   a.value("tick", tick_);
   a.value("choice of substeps", substep_choice_);
-  std::vector<Reach> speeds = piece_speeds_;
+  std::vector<Reach> speeds = component_speeds_;
   auto count = static_cast<Index>(speeds.size());
-  speeds.resize(static_cast<std::size_t>(kPieces));
-  a.value("fast pieces", count);
-  a.values("speeds of pieces", speeds);
-  a.check(count >= 0 && count <= kPieces, "fast pieces");
+  speeds.resize(static_cast<std::size_t>(kComponents));
+  a.value("fast components", count);
+  a.values("speeds of components", speeds);
+  a.check(count >= 0 && count <= kComponents, "fast components");
   speeds.resize(static_cast<std::size_t>(count));
-  piece_speeds_ = speeds;
+  component_speeds_ = speeds;
   for (int p = 0; p < world_.count(); ++p) {
     a.set_owner("real surface");
     world_.part(p).surface.archive(devices_.context(p), a);

@@ -182,16 +182,17 @@ std::optional<PlannedLine::Deviation> PlannedLine::measure(std::vector<SkinSegme
 double peak_cut_force_N(std::span<const CutStep> steps, double energy_J_m2, double spacing_m) {
   double peak_N = 0;
   for (std::size_t begin = 0; begin < steps.size(); ++begin) {
-    double way_m = 0, area_m2 = 0;
-    for (std::size_t k = begin + 1; k < steps.size() && way_m < kWindow * spacing_m; ++k) {
-      way_m += steps[k].way_m;
+    double displacement_m = 0, area_m2 = 0;
+    for (std::size_t k = begin + 1; k < steps.size() && displacement_m < kWindow * spacing_m; ++k) {
+      displacement_m += steps[k].displacement_m;
       area_m2 += steps[k].area_m2;
     }
     // The rest at the end is too short to say anything, unless it is all there is.
-    if (way_m > 0 && (begin == 0 || way_m >= kWindow * spacing_m))
-      peak_N = std::max(peak_N, energy_J_m2 * area_m2 / way_m);
+    if (displacement_m > 0 && (begin == 0 || displacement_m >= kWindow * spacing_m))
+      peak_N = std::max(peak_N, energy_J_m2 * area_m2 / displacement_m);
   }
-  if (steps.size() == 1 && steps[0].way_m > 0) return energy_J_m2 * steps[0].area_m2 / steps[0].way_m;
+  if (steps.size() == 1 && steps[0].displacement_m > 0)
+    return energy_J_m2 * steps[0].area_m2 / steps[0].displacement_m;
   return peak_N;
 }
 

@@ -64,7 +64,7 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
   impulses_ = readback.add(liquid_.wall_impulses_N_s());
   for (int p = 0; p < liquid_.part_count(); ++p) layers_.push_back(readback.add(liquid_.layers(p), p));
   for (Felt& felt : bodies_)
-    if (felt.wounds) felt.books = readback.add(felt.wounds->books());
+    if (felt.wounds) felt.ledgers = readback.add(felt.wounds->ledgers());
 }
 
 void SceneLiquid::bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame) {

@@ -82,9 +82,9 @@ std::string ObstacleWatch::follow(const std::string& body, Vec3d center_m, const
   const Vec3d before_m = std::exchange(known->second, center_m);
   if (is_new) return "";
   for (const Watched& watched : watched_) {
-    bool& told = told_[{body, watched.obstacle.name}];
-    if (told || !meets(watched, before_m, center_m) || !is_inside(own, center_m)) continue;
-    told = true;
+    bool& reported = reported_[{body, watched.obstacle.name}];
+    if (reported || !meets(watched, before_m, center_m) || !is_inside(own, center_m)) continue;
+    reported = true;
     return "the centre of body '" + body + "' is in obstacle '" + watched.obstacle.name +
            "' or went through it" + place_text(center_m);
   }
@@ -93,9 +93,9 @@ std::string ObstacleWatch::follow(const std::string& body, Vec3d center_m, const
 
 std::string ObstacleWatch::find_in(const std::string& body, Vec3d center_m, const Surface& own,
                                    const std::string& what, const Surface& there) {
-  bool& told = told_[{body, what}];
-  if (told || !is_inside(there, center_m) || !is_inside(own, center_m)) return "";
-  told = true;
+  bool& reported = reported_[{body, what}];
+  if (reported || !is_inside(there, center_m) || !is_inside(own, center_m)) return "";
+  reported = true;
   return "the centre of body '" + body + "' is in " + what + place_text(center_m);
 }
 

@@ -38,7 +38,7 @@ class ObstacleWatch {
 
   std::vector<Watched> watched_;
   std::map<std::string, Vec3d> center_m_;  ///< by body, in the frame before
-  std::map<std::pair<std::string, std::string>, bool> told_;
+  std::map<std::pair<std::string, std::string>, bool> reported_;
 };
 
 }  // namespace tactus

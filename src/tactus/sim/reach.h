@@ -4,7 +4,7 @@
 
 namespace tactus {
 
-/// A piece of the real surface, a tool or an obstacle that moves.
+/// A component of the real surface, a tool or an obstacle that moves.
 struct Reach {
   Vec3d low_m, high_m;  ///< its box, world
   double m_s = 0;       ///< speed of its fastest point

@@ -55,7 +55,7 @@ struct ReconstructionDescription {
   int min_views = 2;                     ///< space that fewer cameras look at is outside
   int smooth = 0;                        ///< steps of smoothing that keep edges and volume
   double depth_jump_m = 0.1;             ///< neighbouring depth pixels that differ by more are not used
-  // Room for the surface; 0: from the resolution. HullOptions says more.
+  // Capacity for the surface; 0: from the resolution. HullOptions says more.
   int max_active_bricks = 0;
   int max_vertices = 0;
   int max_triangles = 0;
@@ -236,7 +236,7 @@ struct BodyDescription {
   int matching_every = 1;                 ///< hybrid: substeps of the elements to one of shape matching
   bool cuttable = false;                  ///< blades cut its elements
   std::optional<double> cut_energy_j_m2;  ///< that a new wall takes, per area; none: unknown
-  std::optional<int> cut_room;            ///< copies of cubes that there is room for; none: from the cubes
+  std::optional<int> cut_capacity;  ///< copies of cubes that there is capacity for; none: from the cubes
   std::optional<BleedingDescription> bleeding;
   std::vector<PaintedRegion> regions;
   std::vector<FixedRegion> fixed;     ///< where lattice nodes don't move
@@ -352,7 +352,7 @@ struct ViewDescription {
   ViewCameraDescription camera;
   bool show_frusta = true;
   bool show_models = false;  ///< colour hybrid bodies by the model that deforms them
-  int photographs = 0;       ///< from how many each piece of the real surface takes its colour; 0: none
+  int photographs = 0;       ///< from how many each component of the real surface takes its colour; 0: none
   bool overlay = true;
 };
 

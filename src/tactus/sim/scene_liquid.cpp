@@ -43,13 +43,13 @@ LiquidSettings settings_of(const Scene& scene) {
                    .box_m = to_box(f.box),
                    .open_faces = open_faces(f.open),
                    .max_particles = f.max_particles,
-                   .other_walls = kOwners + static_cast<Index>(scene.bodies.size()),
+                   .other_walls = kColliders + static_cast<Index>(scene.bodies.size()),
                    .least_particles = f.least_particles};
   if (f.viscosity == LiquidViscosity::carreau)
     s.carreau = {.zero_shear_Pa_s = static_cast<float>(f.zero_shear_viscosity_pa_s),
                  .relaxation_s = static_cast<float>(f.relaxation_s),
                  .index = static_cast<float>(f.power_index)};
-  // Wounds look for room in all of the liquid: it stays on one device.
+  // Wounds look for capacity in all of the liquid: it stays on one device.
   if (std::any_of(scene.bodies.begin(), scene.bodies.end(),
                   [](const BodyDescription& b) { return b.bleeding.has_value(); }))
     s.least_particles = f.max_particles, s.arrivals = 1024;
@@ -161,21 +161,21 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
   }
   liquid_.place(particles);
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (!bodies[b]->is_untouched()) add_body(*bodies[b], Liquid::kFaces + kOwners + static_cast<Index>(b));
+    if (!bodies[b]->is_untouched()) add_body(*bodies[b], Liquid::kFaces + kColliders + static_cast<Index>(b));
 }
 
-void SceneLiquid::add_body(SoftBody& body, Index owner) {
+void SceneLiquid::add_body(SoftBody& body, Index collider) {
   const float d = liquid_.settings().spacing_m, h = body.shape().lattice.spacing_m;
   WallSurface surface{body.walls(devices_.context(0)), {}, h, liquid_.settings().box_m, body.contact_nodes()};
   if (const auto copies = static_cast<Index>(body.shape().lattice.copies.size()); copies > 0) {
     // A copy has a wall of some 1.2 h^2, in triangles of 0.2 d^2, or in a few, and pieces of the surface.
     const Index each = 30 + static_cast<Index>(10 * sqr(h / d));
-    const SurfaceRoom room = surface_room(body.shape().lattice, body.shape().surface_m);
-    surface.room = {room.vertices, each * copies, each * copies, room.triangles};
+    const SurfaceCapacity capacity = surface_capacity(body.shape().lattice, body.shape().surface_m);
+    surface.capacity = {capacity.vertices, each * copies, each * copies, capacity.triangles};
   }
   Felt& felt = bodies_.emplace_back();
   felt.body = &body;
-  felt.walls = std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, owner, d,
+  felt.walls = std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, collider, d,
                                            liquid_.settings().max_particles);
   const Index pieces = body.keep_wounds(d);
   if (pieces == 0) return;
@@ -197,9 +197,9 @@ void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {
   if ((known->walls->is_full() || body.wounds_are_full()) && !std::exchange(known->was_full, true))
     notices.push_back({"liquid.cut_full", Severity::warning,
                        "body '" + body.name() +
-                           "': there is no room for more of its cut walls: the rest neither stops the "
+                           "': there is no capacity for more of its cut walls: the rest neither stops the "
                            "liquid nor bleeds",
-                       "raise 'cut_room' of the body, or 'fluid.spacing_m'"});
+                       "raise 'cut_capacity' of the body, or 'fluid.spacing_m'"});
 }
 
 int SceneLiquid::substeps_for(double dt_s) const {
@@ -228,7 +228,7 @@ LiquidReport SceneLiquid::report(const Readback& readback, std::vector<Notice>& 
   if (std::exchange(replaced_, r.replaced) != r.replaced)
     notices.push_back({"liquid.full", Severity::warning,
                        "the liquid has its " + std::to_string(description_.max_particles) +
-                           " particles: the oldest leave where newer ones need their room",
+                           " particles: the oldest leave where newer ones need their capacity",
                        "raise 'fluid.max_particles', add a sink, or let emitters end: 'until_s'"});
   if (r.waiting > 0)
     notices.push_back({"liquid.waiting", Severity::warning,
@@ -244,8 +244,9 @@ LiquidReport SceneLiquid::report(const Readback& readback, std::vector<Notice>& 
   return r;
 }
 
-void SceneLiquid::add_forces(const Readback& readback, const std::function<std::string(Index owner)>& name_of,
-                             double dt_frame_s, std::vector<LiquidReaction>& forces) const {
+void SceneLiquid::add_forces(const Readback& readback,
+                             const std::function<std::string(Index collider)>& name_of, double dt_frame_s,
+                             std::vector<LiquidReaction>& forces) const {
   constexpr std::array kFaces{"face -x", "face +x", "face -y", "face +y", "face -z", "face +z"};
   if (!(dt_frame_s > 0)) return;
   const std::vector<Vec3f> impulses = readback.get<Vec3f>(impulses_);
@@ -262,12 +263,12 @@ void SceneLiquid::add_bleeding(const Readback& readback, std::vector<CutScore>& 
   const double particle_m3 = std::pow(description_.spacing_m, 3);
   for (const Felt& felt : bodies_) {
     if (!felt.wounds) continue;
-    const std::vector<WoundBook> books = readback.get<WoundBook>(felt.books);
+    const std::vector<WoundLedger> ledgers = readback.get<WoundLedger>(felt.ledgers);
     for (CutScore& cut : cuts) {
       if (cut.body != felt.body->name() || cut.stroke >= kStrokes) continue;
-      const WoundBook& book = books[static_cast<std::size_t>(cut.stroke)];
-      cut.due_m3 = particle_m3 * static_cast<double>(book.due) / WoundBook::kUnits;
-      cut.bled_m3 = particle_m3 * static_cast<double>(book.emitted);
+      const WoundLedger& ledger = ledgers[static_cast<std::size_t>(cut.stroke)];
+      cut.due_m3 = particle_m3 * static_cast<double>(ledger.due) / WoundLedger::kUnits;
+      cut.bled_m3 = particle_m3 * static_cast<double>(ledger.emitted);
     }
   }
 }
@@ -283,7 +284,7 @@ void SceneLiquid::archive(StateArchive& a) {
   for (Felt& felt : bodies_) {
     if (!felt.wounds) continue;
     a.set_owner("wounds of body '" + felt.body->name() + "'");
-    a.value("whether their room is full", felt.was_full);
+    a.value("whether their capacity is full", felt.was_full);
     felt.wounds->archive(devices_.context(0), a);
   }
 }

@@ -47,9 +47,9 @@ class SceneLiquid {
   int substeps_for(double dt_s) const;
   /// Whether steps can cost less with less accuracy; then they take half their iterations from now on, and at
   /// least three, or all.
-  bool can_hurry() const { return hurried_iterations() < description_.iterations; }
-  void hurry(bool in_haste) {
-    liquid_.set_iterations(in_haste ? hurried_iterations() : description_.iterations);
+  bool can_be_reduced() const { return reduced_iterations() < description_.iterations; }
+  void reduce_quality(bool is_reduced) {
+    liquid_.set_iterations(is_reduced ? reduced_iterations() : description_.iterations);
   }
   /// @throws usage Error when so many substeps are unstable.
   void check_substeps(double dt_s, int substeps) const;
@@ -57,8 +57,8 @@ class SceneLiquid {
   LiquidReport report(const Readback& readback, std::vector<Notice>& notices);
 
   /// Adds the liquid's forces on walls in the part of a frame that was waited for, as a mean over the frame.
-  /// @param name_of owners of contact (contact/body_points.h), and from kOwners on, bodies
-  void add_forces(const Readback& readback, const std::function<std::string(Index owner)>& name_of,
+  /// @param name_of colliders of contact (contact/body_points.h), and from kColliders on, bodies
+  void add_forces(const Readback& readback, const std::function<std::string(Index collider)>& name_of,
                   double dt_frame_s, std::vector<LiquidReaction>& forces) const;
 
   /// Adds the volumes that strokes bled until the frame that was waited for.
@@ -78,7 +78,7 @@ class SceneLiquid {
  private:
   /// With two, a pool of 26 layers boils: Liquid.IsCalmerWithThreeIterationsThanWithTwo.
   static constexpr int kLeastInHaste = 3;
-  int hurried_iterations() const {
+  int reduced_iterations() const {
     const int all = description_.iterations;
     if (description_.solver != LiquidModel::dfsph) return all;
     return std::min(all, std::max((all + 1) / 2, kLeastInHaste));
@@ -90,10 +90,10 @@ class SceneLiquid {
     std::unique_ptr<BodyWalls> walls = nullptr;
     std::unique_ptr<Wounds> wounds = nullptr;  ///< where it bleeds
     Buffer<WallHit> hits = {};                 ///< of the places where those may bleed, on any body
-    Readback::Place books = {};
+    Readback::Place ledgers = {};
     bool was_full = false;
   };
-  void add_body(SoftBody& body, Index owner);
+  void add_body(SoftBody& body, Index collider);
   void bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame);
   void step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2, int in_block);
 

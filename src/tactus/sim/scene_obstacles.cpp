@@ -12,13 +12,13 @@ namespace tactus {
 namespace {
 
 /// Chords of a ball's squares are off by 0.12 % of its radius: (pi / 32)^2 / 8.
-constexpr Index kPiecesOfQuarter = 16;
+constexpr Index kComponentsOfQuarter = 16;
 
 TriangleMesh mesh_of(const ObstacleSetting& setting, const BodyAssets& assets, float scale) {
   if (setting.kind == ObstacleShape::box)
     return box_surface((0.5F * scale) * vec_cast<float>(setting.size_m), {1, 1, 1});
   if (setting.kind == ObstacleShape::sphere)
-    return sphere_surface(scale * static_cast<float>(setting.radius_m), kPiecesOfQuarter);
+    return sphere_surface(scale * static_cast<float>(setting.radius_m), kComponentsOfQuarter);
   TriangleMesh mesh = assets.obstacle_meshes.at(setting.name);
   for (Vec3f& p : mesh.positions_m) p *= scale;
   return mesh;

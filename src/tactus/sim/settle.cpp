@@ -61,7 +61,7 @@ class Settling {
     if (touches()) before_m_ = body.positions_m(ctx);
   }
   void after_piece(ExecContext& ctx, int substeps, double seconds) {
-    is_done_ = is_done_ || body_->is_stopped();
+    is_done_ = is_done_ || body_->is_frozen();
     const CubeLattice& lattice = body_->shape().lattice;
     std::vector<Vec3d> v_m_s;
     if (touches()) {

@@ -85,7 +85,7 @@ int devices_that_touch(const std::vector<std::unique_ptr<SoftBody>>& bodies) {
   return count;
 }
 
-void add(OwnerReaction& sum, const OwnerReaction& r) {
+void add(ColliderReaction& sum, const ColliderReaction& r) {
   sum.force_N += r.force_N;
   sum.torque_N_m += r.torque_N_m;
   sum.impulse_N_s += r.impulse_N_s;
@@ -145,7 +145,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   start_notices_ = overlaps_at_start(scene, bodies_, still_ones(obstacle_descriptions(scene, assets)));
-  if (is_filmed_) tell_of_far_bodies(scene, bodies_, hull_options(scene, rig).workspace_m, start_notices_);
+  if (is_filmed_) report_far_bodies(scene, bodies_, hull_options(scene, rig).workspace_m, start_notices_);
   if (scene.fluid)
     liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_,
                                             still_ones(obstacle_descriptions(scene, assets)));
@@ -215,7 +215,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   std::move(times.notices.begin(), times.notices.end(), std::back_inserter(report.notices));
   bool has_new_images = frame != nullptr;
   if (has_new_images) {
-    begin_savings();
+    begin_quality();
     has_surface_ = true;
     incoming_ = frame;
     masks_ = follow_blades(silhouettes(*frame, report.notices), *frame, times.dt_capture_s, report.notices);
@@ -262,7 +262,7 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
                  .substeps = part.substeps,
                  .part = part_},
                 has_new_images);
-  if (has_new_images && !saves(Saving::hull))  // while the devices work
+  if (has_new_images && !is_reduced(QualityReduction::hull))  // while the devices work
     hull_check_.prepare(incoming_->silhouettes,
                         tracked_blades_.empty() ? std::span<const BitMask>() : masks_);
   if (part.substeps > 0) last_substep_s_ = dt_substep_s;
@@ -273,14 +273,14 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
                 1e-3 * (timings_.last_ms("upload") + timings_.last_ms("hull") + timings_.last_ms("mesh"));
   if (!has_surface_) return;
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
-  piece_speeds_ = tool_speeds_;
-  for (Index k = 0; k < surface.pieces.count; ++k) {
+  component_speeds_ = tool_speeds_;
+  for (Index k = 0; k < surface.components.count; ++k) {
     const SurfaceMotion& motion = surface.motions.at(static_cast<std::size_t>(k));
-    const SurfacePiece& piece = surface.pieces.piece[k];
-    if (motion.source == MotionSource::too_fast || piece.samples == 0) continue;
-    const float turning = 0.5F * piece.size_m() * length(motion.spin_rad_s);
-    piece_speeds_.push_back({vec_cast<double>(piece.low_m), vec_cast<double>(piece.high_m),
-                             double{length(motion.velocity_m_s) + turning}});
+    const SurfaceComponent& component = surface.components.component[k];
+    if (motion.source == MotionSource::too_fast || component.samples == 0) continue;
+    const float turning = 0.5F * component.size_m() * length(motion.spin_rad_s);
+    component_speeds_.push_back({vec_cast<double>(component.low_m), vec_cast<double>(component.high_m),
+                                 double{length(motion.velocity_m_s) + turning}});
   }
 }
 
@@ -290,7 +290,7 @@ bool Simulation::must_look_first(double dt_s) const {
   if (scene_.frame.substeps || !(dt_s > 0)) return false;
   return std::any_of(bodies_.begin(), bodies_.end(), [&](const auto& body) {
     const double moved_m = surface_m_s() * dt_s;
-    return !body->is_untouched() && !body->is_stopped() &&
+    return !body->is_untouched() && !body->is_frozen() &&
            (moved_m < 0.01 * body->spacing_m() || moved_m > 0.5 * body->spacing_m());
   });
 }
@@ -312,26 +312,26 @@ void Simulation::collect(StepReport& report) {
   if (const auto& overflow = report.hull.overflow)
     warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
   warn("hull.depth", report.hull.depth);
-  // A hull that lacks room is open, which is no fault of the rig.
-  if (incoming_ != nullptr && !report.hull.overflow && !saves(Saving::hull))
-    warn("hull.check", hull_check_.tell(devices_.context(0)));
+  // A hull that lacks capacity is open, which is no fault of the rig.
+  if (incoming_ != nullptr && !report.hull.overflow && !is_reduced(QualityReduction::hull))
+    warn("hull.check", hull_check_.report(devices_.context(0)));
   incoming_ = nullptr;
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   if (const Index dropped = surface.dropped_raw_samples + surface.dropped_samples; dropped > 0) {
     warn("surface.overflow", std::to_string(dropped) + " samples of the real surface were dropped",
          "raise contact.sample_spacing_m");
   }
-  if (report.substeps > 0) tell_of_fast_pieces(surface, report);
+  if (report.substeps > 0) report_fast_components(surface, report);
 }
 
 /// The reactions of one body to one thing in several parts of a frame become one.
 void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& report) {
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
-  const auto name_of = [&](Index owner) {
-    if (owner < kPieces) return std::to_string(surface.pieces.piece[owner].label);
-    if (owner < kOwners)
-      return world_.first().obstacles.names().at(static_cast<std::size_t>(owner - kPieces));
-    return bodies_.at(static_cast<std::size_t>(owner - kOwners))->name();
+  const auto name_of = [&](Index collider) {
+    if (collider < kComponents) return std::to_string(surface.components.component[collider].label);
+    if (collider < kColliders)
+      return world_.first().obstacles.names().at(static_cast<std::size_t>(collider - kComponents));
+    return bodies_.at(static_cast<std::size_t>(collider - kColliders))->name();
   };
   if (liquid_) liquid_->add_forces(readback_, name_of, dt_frame_s, report.liquid_forces);
   for (const auto& body : bodies_) {
@@ -339,7 +339,8 @@ void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& rep
     note_contact(contact);
     contact.contacts_per_substep *= substeps;
     report.contact.add(contact);
-    for (const OwnerReaction& r : contact.owners) add_contact({body->name(), name_of(r.owner), r}, report);
+    for (const ColliderReaction& r : contact.colliders)
+      add_contact({body->name(), name_of(r.collider), r}, report);
     const std::string trouble = body->end_frame(devices_.context(0), readback_, substeps);
     if (!trouble.empty()) report.notices.push_back({"body.blew_up", Severity::warning, trouble, ""});
   }
@@ -351,7 +352,7 @@ void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& rep
 
 void Simulation::add_contact(const BodyContact& contact, StepReport& report) {
   const auto known = std::find_if(report.contacts.begin(), report.contacts.end(), [&](const BodyContact& c) {
-    return c.body == contact.body && c.piece == contact.piece;
+    return c.body == contact.body && c.component == contact.component;
   });
   if (known == report.contacts.end())
     report.contacts.push_back(contact);

@@ -17,7 +17,7 @@
 #include "tactus/sim/cut_score.h"
 #include "tactus/sim/energy_watch.h"
 #include "tactus/sim/frame_clock.h"
-#include "tactus/sim/frame_savings.h"
+#include "tactus/sim/frame_quality.h"
 #include "tactus/sim/obstacle_watch.h"
 #include "tactus/sim/scene_liquid.h"
 #include "tactus/sim/scene_obstacles.h"
@@ -31,9 +31,9 @@ namespace tactus {
 /// Reaction of one body on one thing over a frame.
 struct BodyContact {
   std::string body;
-  std::string piece;  ///< "3": label of a piece of the real surface, the same from frame to frame; or an
-                      ///< obstacle's name, or a body's
-  OwnerReaction reaction;
+  std::string component;  ///< "3": label of a component of the real surface, the same from frame to frame; or
+                          ///< an obstacle's name, or a body's
+  ColliderReaction reaction;
 };
 
 /// How a frame went.
@@ -86,10 +86,10 @@ class Simulation {
   /// Where it is now. @throws usage Error for an obstacle that does not move.
   Rigidd pose(const std::string& obstacle) const { return moving_obstacles_.pose(obstacle); }
   /// Savings that save() can make in this scene's frames, the one that is missed least first.
-  std::vector<Saving> savings() const;
-  /// From the next new images on, frames make these savings and no others. On a GPU, each choice is recorded
-  /// in its first frame.
-  void save(std::span<const Saving> savings);
+  std::vector<QualityReduction> quality_reductions() const;
+  /// From the next new images on, frames make these quality_reductions and no others. On a GPU, each choice
+  /// is recorded in its first frame.
+  void reduce_quality(std::span<const QualityReduction> quality_reductions);
   /// After the last frame: notices that came later than their frames, as those of the check of masks.
   std::vector<Notice> last_notices();
   /// Copies everything that is to be seen to the host. Synchronizes.
@@ -150,11 +150,15 @@ class Simulation {
   // simulation_images.cpp
   std::vector<Stage> surface_stages();
   void add_surface_stages(StageDevices touching);
-  /// The pipeline that makes the real surface with the present savings.
-  const SurfacePipeline& surface() const { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
-  SurfacePipeline& surface() { return saves(Saving::hull) ? *coarse_surface_ : fine_surface_; }
-  bool saves(Saving saving) const { return (savings_made_ >> static_cast<unsigned>(saving) & 1U) != 0; }
-  void begin_savings();
+  /// The pipeline that makes the real surface with the present quality_reductions.
+  const SurfacePipeline& surface() const {
+    return is_reduced(QualityReduction::hull) ? *coarse_surface_ : fine_surface_;
+  }
+  SurfacePipeline& surface() { return is_reduced(QualityReduction::hull) ? *coarse_surface_ : fine_surface_; }
+  bool is_reduced(QualityReduction quality_reduction) const {
+    return (reductions_made_ >> static_cast<unsigned>(quality_reduction) & 1U) != 0;
+  }
+  void begin_quality();
   void note_latency();
   /// The frame's silhouettes, repaired when the scene asks for it; notes suspect masks.
   std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
@@ -178,8 +182,8 @@ class Simulation {
   /// As many as the bodies' stable steps ask for.
   int substeps_for(double dt_s, double substeps_per_s) const;
   bool must_look_first(double dt_s) const;
-  /// Speed of the fastest point of the real surface [m/s]; with a body, among the pieces that can reach it in
-  /// so much time.
+  /// Speed of the fastest point of the real surface [m/s]; with a body, among the components that can reach
+  /// it in so much time.
   double surface_m_s() const;
   double surface_m_s(const SoftBody& body, double seconds) const;
   // simulation_watch.cpp
@@ -190,7 +194,7 @@ class Simulation {
   std::string inside_a_body(std::size_t body);
   std::string inside_the_surface(std::size_t body);
   void watch_bodies(StepReport& report);
-  void tell_of_fast_pieces(const RealSurfaceReport& surface, StepReport& report) const;
+  void report_fast_components(const RealSurfaceReport& surface, StepReport& report) const;
   // settle.cpp
   void check_settles() const;
   void settle(StepReport& report);
@@ -214,8 +218,8 @@ class Simulation {
   Scene scene_;
   bool is_filmed_;  ///< else there are no cameras, and nothing is reconstructed
   SurfacePipeline fine_surface_;
-  std::unique_ptr<SurfacePipeline> coarse_surface_;  ///< where savings may be made
-  unsigned savings_made_ = 0, savings_asked_ = 0;    ///< bits
+  std::unique_ptr<SurfacePipeline> coarse_surface_;      ///< where quality_reductions may be made
+  unsigned reductions_made_ = 0, reductions_asked_ = 0;  ///< bits
   HullCheck hull_check_;
   bool uses_depth_;
   std::optional<ViewScores> view_scores_;  ///< when masks are repaired
@@ -247,14 +251,14 @@ class Simulation {
   bool has_surface_ = false;  ///< images came
   bool is_settled_ = false;   ///< or need not be
   std::vector<Reach>
-      piece_speeds_;  ///< of the real surface at its capture, and of all that is in tool_speeds_
+      component_speeds_;  ///< of the real surface at its capture, and of all that is in tool_speeds_
   std::vector<Reach> tool_speeds_;  ///< of moving obstacles and tracked tools
   int part_ = 0;                    ///< of the frame that runs
   std::vector<CutScore> cuts_;
   std::vector<PlannedLine> plans_;
   int cut_frame_ = 0;
-  std::vector<Notice> start_notices_;  ///< for the first frame to tell
-  std::set<std::string> told_cuts_;    ///< notices given of blades and bodies
+  std::vector<Notice> start_notices_;    ///< for the first frame to tell
+  std::set<std::string> reported_cuts_;  ///< notices given of blades and bodies
   SubstepChoice substep_choice_;
   Timings timings_;
 };

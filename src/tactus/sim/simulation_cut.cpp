@@ -13,7 +13,7 @@ namespace {
 constexpr float kLongestStrip_m = 0.2F;
 
 /// Way of the middle of the edge.
-double way_m(const cut::BladeStrip& strip) {
+double displacement_m(const cut::BladeStrip& strip) {
   Vec3f sum{};
   for (std::size_t k = 0; k < strip.begin_m.size(); ++k) sum += strip.end_m[k] - strip.begin_m[k];
   return static_cast<double>(length(sum)) / static_cast<double>(strip.begin_m.size());
@@ -35,7 +35,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
   ++cut_frame_;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const auto& body = bodies_[k];
-    if (!body->is_cuttable() || body->is_stopped()) continue;
+    if (!body->is_cuttable() || body->is_frozen()) continue;
     const auto touch = [&](const TopologyChange& change, std::span<const PointChange> points) {
       touching_.apply(static_cast<Index>(k), body->cutter(), change, points);
     };
@@ -45,11 +45,11 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       const cut::BladeStrip strip =
           blade.tracked ? tracked_blades_.strip(b) : swept(blade, from_s, to_s, cut_frame_);
       if (strip.begin_m.empty()) continue;
-      if (const float way_m = length_of(strip); way_m > kLongestStrip_m) {
-        if (told_cuts_.insert(blade.name + "jumps").second)
+      if (const float displacement_m = length_of(strip); displacement_m > kLongestStrip_m) {
+        if (reported_cuts_.insert(blade.name + "jumps").second)
           report.notices.push_back({"cut.jump", Severity::warning,
                                     "blade '" + blade.name + "' moves by " +
-                                        number_text(double{way_m}, double{kLongestStrip_m}) +
+                                        number_text(double{displacement_m}, double{kLongestStrip_m}) +
                                         " m in a frame, expected at most " +
                                         number_text(double{kLongestStrip_m}) + " m; it cuts nothing there",
                                     "give its path more time, or frames less ('frame.dt_s')"});
@@ -60,11 +60,12 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       const cut::CutReport cut = body->cut(ctx, b, strip, touch);
       has_changed = has_changed || cut.cut_cubes > 0;
       const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
-      if (cut.is_full && told_cuts_.insert("body '" + body->name() + "' is full").second)
-        report.notices.push_back({"cut.full", Severity::warning,
-                                  who + ": there is no room for more copies of cubes; the rest is not cut",
-                                  "raise 'cut_room' of the body"});
-      if (cut.is_refused && told_cuts_.insert(who + "refused").second)
+      if (cut.is_full && reported_cuts_.insert("body '" + body->name() + "' is full").second)
+        report.notices.push_back(
+            {"cut.full", Severity::warning,
+             who + ": there is no capacity for more copies of cubes; the rest is not cut",
+             "raise 'cut_capacity' of the body"});
+      if (cut.is_refused && reported_cuts_.insert(who + "refused").second)
         report.notices.push_back(
             {"cut.refused", Severity::warning,
              who + " meets cubes that are moved, loaded or of shape matching; they are not cut",
@@ -74,7 +75,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       else if (score.cut_cubes == 0)
         cuts_.pop_back();
       else
-        score.pending_m += way_m(strip);
+        score.pending_m += displacement_m(strip);
     }
     body->remember_nodes();
     if (has_changed) follow_cuts(k, report.notices);
@@ -111,8 +112,8 @@ CutScore& Simulation::stroke_of(const std::string& blade, const std::string& bod
 void Simulation::add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
                          CutScore& score) {
   if (score.cut_cubes == 0) score.begin_s = from_s;
-  score.steps.push_back({score.pending_m + way_m(strip), cut.area_m2});
-  score.path_m += score.steps.back().way_m;
+  score.steps.push_back({score.pending_m + displacement_m(strip), cut.area_m2});
+  score.path_m += score.steps.back().displacement_m;
   score.pending_m = 0;
   score.slivers += cut.slivers;
   score.depth_m = std::max(score.depth_m, cut.depth_m);

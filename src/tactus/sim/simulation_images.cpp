@@ -1,4 +1,4 @@
-// A frame's input from images, its meshes for pictures, and the savings made on demand.
+// A frame's input from images, its meshes for pictures, and the quality_reductions made on demand.
 #include <algorithm>
 
 #include "tactus/sim/blade_mesh.h"
@@ -43,8 +43,8 @@ void Simulation::move_tools(const FrameTimes& times, bool has_new_images) {
   tool_speeds_.clear();
   for (const Reach& r : moving_obstacles_.reaches()) tool_speeds_.push_back(r);
   for (const Reach& r : tracked_blades_.reaches()) tool_speeds_.push_back(r);
-  if (!has_surface_) piece_speeds_.clear();
-  piece_speeds_.insert(piece_speeds_.end(), tool_speeds_.begin(), tool_speeds_.end());
+  if (!has_surface_) component_speeds_.clear();
+  component_speeds_.insert(component_speeds_.end(), tool_speeds_.begin(), tool_speeds_.end());
 }
 
 FrameSnapshot Simulation::snapshot() {
@@ -70,31 +70,32 @@ std::vector<Notice> Simulation::last_notices() {
   return notices;
 }
 
-std::vector<Saving> Simulation::savings() const {
-  std::vector<Saving> all;
+std::vector<QualityReduction> Simulation::quality_reductions() const {
+  std::vector<QualityReduction> all;
   if (!coarse_surface_) return all;
-  all.push_back(Saving::hull);
-  if (liquid_ && liquid_->can_hurry()) all.push_back(Saving::liquid);
+  all.push_back(QualityReduction::hull);
+  if (liquid_ && liquid_->can_be_reduced()) all.push_back(QualityReduction::liquid);
   // The paper's response sums over samples, whose volumes belong to their spacing.
-  if (scene_.contact.response != ContactResponse::paper) all.push_back(Saving::samples);
+  if (scene_.contact.response != ContactResponse::paper) all.push_back(QualityReduction::samples);
   return all;
 }
 
-void Simulation::save(std::span<const Saving> savings) {
-  savings_asked_ = 0;
-  for (const Saving s : savings) {
-    const std::vector<Saving> can = this->savings();
-    if (std::find(can.begin(), can.end(), s) != can.end()) savings_asked_ |= 1U << static_cast<unsigned>(s);
+void Simulation::reduce_quality(std::span<const QualityReduction> quality_reductions) {
+  reductions_asked_ = 0;
+  for (const QualityReduction s : quality_reductions) {
+    const std::vector<QualityReduction> can = this->quality_reductions();
+    if (std::find(can.begin(), can.end(), s) != can.end())
+      reductions_asked_ |= 1U << static_cast<unsigned>(s);
   }
 }
 
-/// Sets up the savings that the coming frame's stages make.
-void Simulation::begin_savings() {
-  if (savings_made_ == savings_asked_) return;
-  savings_made_ = savings_asked_;
-  world_.set_coarseness(saves(Saving::samples) ? 2 : 1);
-  if (liquid_) liquid_->hurry(saves(Saving::liquid));
-  schedule_.select(savings_made_ >> 1);
+/// Sets up the quality_reductions that the coming frame's stages make.
+void Simulation::begin_quality() {
+  if (reductions_made_ == reductions_asked_) return;
+  reductions_made_ = reductions_asked_;
+  world_.set_coarseness(is_reduced(QualityReduction::samples) ? 2 : 1);
+  if (liquid_) liquid_->reduce_quality(is_reduced(QualityReduction::liquid));
+  schedule_.select(reductions_made_ >> 1);
 }
 
 /// From the capture to the end of the frame; of live images by stages, too.
@@ -111,7 +112,8 @@ void Simulation::note_shown() {
   if (released_s_ > 0) timings_.add("capture to snapshot", captured_s_, now_s());
 }
 
-/// Stages of the real surface: each submits the work of the fine or the coarse pipeline, as the savings say.
+/// Stages of the real surface: each submits the work of the fine or the coarse pipeline, as the
+/// quality_reductions say.
 std::vector<Stage> Simulation::surface_stages() {
   const auto stages_of = [this](SurfacePipeline& surface) {
     return surface.stages([this, &surface] { surface.hull().upload(masks_, depths(*incoming_)); });
@@ -120,15 +122,17 @@ std::vector<Stage> Simulation::surface_stages() {
   if (!coarse_surface_) return stages;
   const std::vector<Stage> coarse = stages_of(*coarse_surface_);
   for (std::size_t k = 0; k < stages.size(); ++k) {
-    stages[k].submit = [this, of_fine = std::move(stages[k].submit), of_coarse = coarse[k].submit](
-                           BlockPlace at) { saves(Saving::hull) ? of_coarse(at) : of_fine(at); };
+    stages[k].submit = [this, of_fine = std::move(stages[k].submit),
+                        of_coarse = coarse[k].submit](BlockPlace at) {
+      is_reduced(QualityReduction::hull) ? of_coarse(at) : of_fine(at);
+    };
   }
   return stages;
 }
 
 /// Adds the stages that make the real surface of new images.
 void Simulation::add_surface_stages(StageDevices touching) {
-  if (!is_filmed_)  // contact reads a surface that has no piece
+  if (!is_filmed_)  // contact reads a surface that has no component
     return schedule_.add({.name = "surface/none",
                           .timed_as = "surface",
                           .rate = Rate::capture,
@@ -141,7 +145,8 @@ void Simulation::add_surface_stages(StageDevices touching) {
                  .rate = Rate::capture,
                  .reads = {VisualHull::kMesh},
                  .submit = [this, &ctx](BlockPlace) {
-                   if (!saves(Saving::hull)) hull_check_.measure(ctx, fine_surface_.hull().mesh());
+                   if (!is_reduced(QualityReduction::hull))
+                     hull_check_.measure(ctx, fine_surface_.hull().mesh());
                  }});
   schedule_.add({.name = "surface/update",
                  .timed_as = "surface",

@@ -15,21 +15,21 @@ int Simulation::substeps_for(double dt_s, double substeps_per_s) const {
 
 double Simulation::surface_m_s() const {
   double fastest = 0;
-  for (const Reach& piece : piece_speeds_) fastest = std::max(fastest, piece.m_s);
+  for (const Reach& component : component_speeds_) fastest = std::max(fastest, component.m_s);
   return fastest;
 }
 
-/// Where neither a piece nor the body gets out of its box by more than their ways, and boxes are farther
-/// apart than that and contact's reach, the piece doesn't count.
+/// Where neither a component nor the body gets out of its box by more than their ways, and boxes are farther
+/// apart than that and contact's reach, the component doesn't count.
 double Simulation::surface_m_s(const SoftBody& body, double seconds) const {
   double fastest = 0;
-  for (const Reach& piece : piece_speeds_) {
-    const double way_m = (piece.m_s + static_cast<double>(body.fastest_m_s())) * seconds,
+  for (const Reach& component : component_speeds_) {
+    const double displacement_m = (component.m_s + static_cast<double>(body.fastest_m_s())) * seconds,
                  reach_m = 2 * (body.spacing_m() + static_cast<double>(sample_spacing_m_));
     const RigidMotion& of = body.motion();
-    const Vec3d apart = max(piece.low_m - of.high_m, of.low_m - piece.high_m);
-    const bool far = of.mass_kg > 0 && std::max({apart.x, apart.y, apart.z}) > way_m + reach_m;
-    if (!far) fastest = std::max(fastest, piece.m_s);
+    const Vec3d apart = max(component.low_m - of.high_m, of.low_m - component.high_m);
+    const bool far = of.mass_kg > 0 && std::max({apart.x, apart.y, apart.z}) > displacement_m + reach_m;
+    if (!far) fastest = std::max(fastest, component.m_s);
   }
   return fastest;
 }
@@ -43,7 +43,7 @@ Simulation::FramePart Simulation::next_part(double left_s, double age_s, double 
     spacings_per_s =
         std::max(spacings_per_s, body->fastest_near_m_s(surface_m_s(*body, age_s), from_s, from_s + left_s) /
                                      body->spacing_m());
-    if (!body->is_untouched() && !body->is_stopped())
+    if (!body->is_untouched() && !body->is_frozen())
       falls_per_s = std::max(falls_per_s, 0.5 * length(scene_.gravity_m_s2) * left_s / body->spacing_m());
     unstrained = std::max(unstrained, body->model().substeps_for(static_cast<float>(left_s)));
   }

@@ -45,8 +45,8 @@ EnergyWatch Simulation::make_energy_watch() const {
 /// The work of the real object or a tool is summed up nowhere.
 void Simulation::note_contact(const ContactReport& contact) {
   const auto still = static_cast<Index>(scene_.obstacles.size());
-  for (const OwnerReaction& r : contact.owners)
-    if (r.owner < kPieces || r.owner - kPieces >= still) energy_watch_.turn_off();
+  for (const ColliderReaction& r : contact.colliders)
+    if (r.collider < kComponents || r.collider - kComponents >= still) energy_watch_.turn_off();
 }
 
 std::string Simulation::gained_energy() {
@@ -54,7 +54,7 @@ std::string Simulation::gained_energy() {
   std::vector<EnergyWatch::Body> bodies;
   for (const auto& body : bodies_) {
     const RigidMotion& motion = body->motion();
-    if (body->is_stopped()) energy_watch_.turn_off();
+    if (body->is_frozen()) energy_watch_.turn_off();
     bodies.push_back({body->name(), motion.mass_kg, body->spacing_m(), motion.center_m, motion.kinetic_J});
   }
   return energy_watch_.follow(bodies, double{last_substep_s_});
@@ -86,11 +86,11 @@ std::string Simulation::inside_the_surface(std::size_t body) {
   if (!has_surface_) return "";
   const Vec3d center_m = bodies_[body]->motion().center_m;
   const RealSurfaceReport found = readback_.get<RealSurfaceReport>(surface_report_)[0];
-  for (Index k = 0; k < found.pieces.count; ++k) {
-    const SurfacePiece& piece = found.pieces.piece[k];
-    if (!holds(vec_cast<double>(piece.low_m), vec_cast<double>(piece.high_m), center_m)) continue;
+  for (Index k = 0; k < found.components.count; ++k) {
+    const SurfaceComponent& component = found.components.component[k];
+    if (!holds(vec_cast<double>(component.low_m), vec_cast<double>(component.high_m), center_m)) continue;
     return obstacle_watch_.find_in(bodies_[body]->name(), center_m, surface_of(*bodies_[body]),
-                                   "piece " + std::to_string(piece.label) + " of the real surface",
+                                   "component " + std::to_string(component.label) + " of the real surface",
                                    [&] { return surface().download(); });
   }
   return "";
@@ -103,7 +103,7 @@ void Simulation::watch_bodies(StepReport& report) {
   if (report.substeps == 0) return;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const SoftBody& body = *bodies_[b];
-    if (body.is_untouched() || body.is_stopped()) continue;
+    if (body.is_untouched() || body.is_frozen()) continue;
     warn("body.in_obstacle", obstacle_watch_.follow(body.name(), body.motion().center_m, surface_of(body)),
          ObstacleWatch::kRemedy);
     if (frames_watched_ % kFramesToWatch != 0) continue;
@@ -114,12 +114,12 @@ void Simulation::watch_bodies(StepReport& report) {
   warn("body.gains_energy", gained_energy(), EnergyWatch::kRemedy);
 }
 
-void Simulation::tell_of_fast_pieces(const RealSurfaceReport& surface, StepReport& report) const {
-  for (Index k = 0; k < surface.pieces.count; ++k) {
+void Simulation::report_fast_components(const RealSurfaceReport& surface, StepReport& report) const {
+  for (Index k = 0; k < surface.components.count; ++k) {
     if (surface.motions.at(static_cast<std::size_t>(k)).source != MotionSource::too_fast) continue;
     const auto most_m_s = static_cast<int>(world_.first().surface.settings().max_speed_m_s);
     report.notices.push_back({"surface.too_fast", Severity::warning,
-                              "piece " + std::to_string(surface.pieces.piece[k].label) +
+                              "component " + std::to_string(surface.components.component[k].label) +
                                   " of the real surface is faster than " + std::to_string(most_m_s) +
                                   " m/s: it touches nothing in this frame",
                               "move it more slowly, or film more frames per second"});

@@ -47,12 +47,12 @@ BodyBoundary body_boundary(const CubeLattice& lattice, const TriangleMesh& surfa
 }
 
 SlabPoints::SlabPoints(BodySolver& tissue, const CubeLattice& lattice, const BodyBoundary& boundary,
-                       Index room)
+                       Index capacity)
     : tissue_(&tissue),
       count_(static_cast<Index>(boundary.points.size())),
       first_count_(boundary.first_count),
       others_(count_ - first_count_),
-      room_(room) {
+      capacity_(capacity) {
   const std::vector<EmbeddedPoint> points = embed_points(lattice, boundary.points, boundary.bearing);
   for (int s = 0; s < tissue.slab_count(); ++s) add_part(s, lattice, points);
 }
@@ -93,34 +93,34 @@ void SlabPoints::add_part(int s, const CubeLattice& lattice, std::span<const Emb
     if (const Index i = tissue_->find(s, node, lattice.nodes[at(node)].z); i >= 0)
       mass_kg[at(i)] = lattice.node_mass_kg[at(node)];
   Part& part = parts_.emplace_back();
-  part.place.assign(points.size() + at(room_), -1);
+  part.place.assign(points.size() + at(capacity_), -1);
   std::vector<EmbeddedPoint> held;
   Index first_held = 0;
-  const auto add_room = [&] {
+  const auto add_capacity = [&] {
     part.next = static_cast<Index>(held.size());
-    held.resize(held.size() + at(room_));
-    part.leader.resize(held.size());
+    held.resize(held.size() + at(capacity_));
+    part.reference_node.resize(held.size());
     first_held = static_cast<Index>(held.size());
   };
   for (std::size_t p = 0; p < points.size(); ++p) {
-    if (static_cast<Index>(p) == first_count_) add_room();
+    if (static_cast<Index>(p) == first_count_) add_capacity();
     const std::optional<EmbeddedPoint> point = local(s, lattice, points[p]);
     if (!point) continue;
-    part.place[p < at(first_count_) ? p : p + at(room_)] = static_cast<Index>(held.size());
+    part.place[p < at(first_count_) ? p : p + at(capacity_)] = static_cast<Index>(held.size());
     held.push_back(*point);
-    part.leader.push_back(points[p].node[0]);
+    part.reference_node.push_back(points[p].node[0]);
   }
-  if (first_count_ == count_) add_room();
+  if (first_count_ == count_) add_capacity();
   part.mass_kg = to_device(slab.ctx, mass_kg);
-  if (room_ > 0) part.masses = Buffer<NodeMasses::Change>(slab.ctx.device(), lattice.node_count());
+  if (capacity_ > 0) part.masses = Buffer<NodeMasses::Change>(slab.ctx.device(), lattice.node_count());
   part.points =
-      BodyPoints(slab.ctx, held, slab.count, lattice.spacing_m, first_held, shares(s, lattice), room_);
+      BodyPoints(slab.ctx, held, slab.count, lattice.spacing_m, first_held, shares(s, lattice), capacity_);
 }
 
 void SlabPoints::apply(const TopologyChange& change, const CubeLattice& lattice,
                        std::span<const PointChange> points) {
   for (const PointChange& point : points)
-    if (point.point >= first_count_ && point.point < first_count_ + room_)
+    if (point.point >= first_count_ && point.point < first_count_ + capacity_)
       count_ = std::max(count_, point.point + 1 + others_);
   for (int s = 0; s < tissue_->slab_count(); ++s) {
     Part& part = parts_[at(s)];
@@ -139,7 +139,7 @@ void SlabPoints::apply(const TopologyChange& change, const CubeLattice& lattice,
       if (!to) continue;
       Index& place = part.place[at(point.point)];
       if (place < 0) place = part.next++;
-      part.leader[at(place)] = point.to.node[0];
+      part.reference_node[at(place)] = point.to.node[0];
       here.push_back({.point = place, .to = *to, .side = point.side});
     }
     part.points.apply(ctx, here);
@@ -185,10 +185,10 @@ void SlabPoints::add_reports(Readback& readback) {
     parts_[s].report = readback.add(parts_[s].points.totals(), static_cast<int>(s));
 }
 
-std::vector<OwnerTotals> SlabPoints::totals(const Readback& readback) const {
-  std::vector<OwnerTotals> all;
+std::vector<ColliderTotals> SlabPoints::totals(const Readback& readback) const {
+  std::vector<ColliderTotals> all;
   for (const Part& part : parts_) {
-    const std::vector<OwnerTotals> here = readback.get<OwnerTotals>(part.report);
+    const std::vector<ColliderTotals> here = readback.get<ColliderTotals>(part.report);
     if (all.empty())
       all = here;
     else
@@ -204,7 +204,7 @@ std::vector<Index> SlabPoints::touched() const {
     const std::vector<Index> touching =
         to_host(tissue_->slab(static_cast<int>(s)).ctx, part.points.touching());
     for (std::size_t p = 0; p < touching.size(); ++p)
-      if (touching[p] == 1) nodes.push_back(part.leader[p]);
+      if (touching[p] == 1) nodes.push_back(part.reference_node[p]);
   }
   return nodes;
 }

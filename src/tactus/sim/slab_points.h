@@ -27,13 +27,15 @@ class SlabPoints {
  public:
   /// Nothing touches.
   SlabPoints() = default;
-  /// @param tissue shares its nodes; must outlive this @param room for points that cuts add. Synchronizes.
-  SlabPoints(BodySolver& tissue, const CubeLattice& lattice, const BodyBoundary& boundary, Index room = 0);
+  /// @param tissue shares its nodes; must outlive this @param capacity for points that cuts add.
+  /// Synchronizes.
+  SlabPoints(BodySolver& tissue, const CubeLattice& lattice, const BodyBoundary& boundary,
+             Index capacity = 0);
 
   /// Number of the body's points; those that elements move come first.
   Index count() const { return count_; }
   /// Takes a cut over, between frames. Points count as in the boundary; those that a cut adds have the places
-  /// behind the first part, so the others are further behind, by the room. Synchronizes. @throws Error.
+  /// behind the first part, so the others are further behind, by the capacity. Synchronizes. @throws Error.
   void apply(const TopologyChange& change, const CubeLattice& lattice, std::span<const PointChange> points);
   /// Once a frame, before its first substep. Asynchronous, as the next two.
   void begin_frame(ContactOnDevices& world);
@@ -43,8 +45,8 @@ class SlabPoints {
   /// Synchronizes. @throws Error.
   void archive(StateArchive& a);
   void add_reports(Readback& readback);
-  /// Totals of the frame that was waited for, per owner.
-  std::vector<OwnerTotals> totals(const Readback& readback) const;
+  /// Totals of the frame that was waited for, per collider.
+  std::vector<ColliderTotals> totals(const Readback& readback) const;
   /// node[0] of the points that touch, as the body counts them. Synchronizes.
   std::vector<Index> touched() const;
   const BodyPoints& points(int slab) const { return parts_[static_cast<std::size_t>(slab)].points; }
@@ -55,9 +57,9 @@ class SlabPoints {
   struct Part {
     Buffer<float> mass_kg;
     BodyPoints points;
-    std::vector<Index> leader;  ///< per point: node[0], as the body counts it
-    std::vector<Index> place;   ///< per point of the body: here; -1: elsewhere
-    Index next = 0;             ///< place for a new one
+    std::vector<Index> reference_node;  ///< per point: node[0], as the body counts it
+    std::vector<Index> place;           ///< per point of the body: here; -1: elsewhere
+    Index next = 0;                     ///< place for a new one
     Buffer<NodeMasses::Change> masses;
     Readback::Place report;
   };
@@ -67,7 +69,7 @@ class SlabPoints {
   std::optional<EmbeddedPoint> local(int slab, const CubeLattice& lattice, EmbeddedPoint point) const;
 
   BodySolver* tissue_ = nullptr;
-  Index count_ = 0, first_count_ = 0, others_ = 0, room_ = 0;
+  Index count_ = 0, first_count_ = 0, others_ = 0, capacity_ = 0;
   std::vector<Part> parts_;
 };
 

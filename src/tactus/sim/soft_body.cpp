@@ -86,7 +86,7 @@ BodySolver make_tissue(DeviceSet& devices, const BodyDescription& body, const Bo
 SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
                    bool on_first_device)
     : SoftBody(devices, body,
-               with_cut_room(body, make_body_shape(body, assets, memory_bytes(devices.device(0)))),
+               with_cut_capacity(body, make_body_shape(body, assets, memory_bytes(devices.device(0)))),
                on_first_device) {}
 
 SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device)
@@ -98,7 +98,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
       tissue_(make_tissue(devices, body, shape_, element_options_, on_first_device)),
       frame_begin_x_m_(devices.device(0), shape_.lattice.node_count()),
       surface_(devices.context(0), shape_.lattice, shape_.surface_m, 1,
-               surface_room(shape_.lattice, shape_.surface_m)),
+               surface_capacity(shape_.lattice, shape_.surface_m)),
       full_stiffness_(body.material.kappa == Stiffness::paper) {
   float young_Pa = 0;
   for (const ElasticMaterial& m : shape_.materials) young_Pa = std::max(young_Pa, m.young_Pa);
@@ -108,7 +108,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
   if (body.cuttable) make_cuttable(devices.context(0));
   if (body.contact) make_points();
-  tell_of_many_cubes(body, static_cast<double>(shape_.lattice.cube_count()), " cubes: made");
+  report_many_cubes(body, static_cast<double>(shape_.lattice.cube_count()), " cubes: made");
 }
 
 std::string SoftBody::devices_text() const {
@@ -138,7 +138,7 @@ void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
 int SoftBody::check_every(int substeps) const { return nothing_acts() ? substeps : tissue_.check_every(); }
 
 std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int substeps) {
-  if (is_stopped_) return "";
+  if (is_frozen_) return "";
   const tled::CubeExtremes strain_before = strain_;
   const NodeCheckRecord before = node_check_;
   strain_ = tissue_.extremes(&readback);
@@ -163,7 +163,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
   tissue_.stop();
   strain_ = strain_before;
   node_check_ = before;
-  is_stopped_ = true;
+  is_frozen_ = true;
   char state[200];
   std::snprintf(state, sizeof state,
                 "; in the frame before, its fastest node went at %.3g m/s, waves at %.3g m/s",
@@ -201,7 +201,7 @@ std::string SoftBody::impossible_state() const {
 }
 
 std::string SoftBody::newly_inverted() {
-  const bool before = std::exchange(was_inverted_, !is_stopped_ && strain_.inverted > 0);
+  const bool before = std::exchange(was_inverted_, !is_frozen_ && strain_.inverted > 0);
   if (before || !was_inverted_) return "";
   char text[160];
   std::snprintf(text, sizeof text, "body '%s': %d cubes are inverted, the most %s, to %.3g times its volume",
@@ -211,7 +211,7 @@ std::string SoftBody::newly_inverted() {
 }
 
 double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s) const {
-  if (is_stopped_ || nothing_acts()) return 0;
+  if (is_frozen_ || nothing_acts()) return 0;
   // A body that touches nothing may step as far as its material allows.
   const double own_m_s =
       description_.contact ? double{fastest_m_s()} : std::sqrt(double{node_check_.fastest_element2_m2_s2});
@@ -287,7 +287,7 @@ Vec3f SoftBody::cube_center_m(Index cube) const {
 
 void SoftBody::warn_of_many_substeps(float dt_s, int substeps, int most) {
   const int unstrained = model().substeps_for(dt_s), needed = substeps_for(dt_s);
-  if (warned_of_substeps_ || is_stopped_ || needed <= most || (unstrained <= most && needed <= substeps))
+  if (warned_of_substeps_ || is_frozen_ || needed <= most || (unstrained <= most && needed <= substeps))
     return;
   const MaterialDescription& m = description_.material;
   char text[320];

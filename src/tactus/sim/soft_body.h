@@ -35,7 +35,7 @@ class SoftBody {
   Index node_count() const { return shape_.lattice.node_count(); }
   Index contact_point_count() const { return points_.count(); }
   /// Points of its surface that touch; of a body on one device, as the next but one. Those without weights
-  /// are room. Synchronizes.
+  /// are capacity. Synchronizes.
   std::vector<EmbeddedPoint> contact_points(ExecContext& ctx) const {
     return to_host(ctx, points_.points(0).table().points);
   }
@@ -75,7 +75,7 @@ class SoftBody {
   /// @returns "" or a text: substep, node, and the causes that act there.
   std::string end_frame(ExecContext& ctx, const Readback& readback, int substeps);
   const tled::CubeExtremes& strain() const { return strain_; }
-  bool is_stopped() const { return is_stopped_; }
+  bool is_frozen() const { return is_frozen_; }
   /// Fastest over the last frame [m/s]; node -1: nothing moved.
   float fastest_m_s() const;
   Index fastest_node() const { return node_check_.fastest_node; }
@@ -115,10 +115,10 @@ class SoftBody {
   bool is_cuttable() const { return cutter_.has_value(); }
   /// Cuts it by the strip that an edge swept since the last frame, as the body saw it. Called between two
   /// frames. Synchronizes.
-  /// @param blade number of the blade @param told of each change, after the body took it over
-  using TellCut = std::function<void(const TopologyChange&, std::span<const PointChange>)>;
+  /// @param blade number of the blade @param observer of each change, after the body took it over
+  using CutObserver = std::function<void(const TopologyChange&, std::span<const PointChange>)>;
   cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
-                     const TellCut& told = {});
+                     const CutObserver& observer = {});
   /// Cuts from now on count to this stroke, 0, 1, .. of the body.
   /// @param frame of the simulation
   void begin_stroke(Index stroke, int frame) {
@@ -131,7 +131,7 @@ class SoftBody {
   /// Its cuts so far; cuts that are read are done once more. For a cuttable body, before archive().
   /// Synchronizes. @throws Error when the archive is another body's.
   /// @param end_frame when all cuts of a frame were done
-  void archive_cuts(ExecContext& ctx, StateArchive& a, const TellCut& told,
+  void archive_cuts(ExecContext& ctx, StateArchive& a, const CutObserver& observer,
                     const std::function<void()>& end_frame);
   /// A point moves with the copy that has its material now.
   void follow_cut(BodyPoint& point) const;
@@ -145,11 +145,11 @@ class SoftBody {
   /// Changes of its surface by cuts since the last call, or since walls().
   WallChange take_wall_change();
   /// From now on, walls of cuts are wounds of a liquid, if the body bleeds. @param spacing_m of its particles
-  /// @returns the pieces that there will be at most; 0: it doesn't bleed
+  /// @returns the components that there will be at most; 0: it doesn't bleed
   Index keep_wounds(float spacing_m);
   const std::optional<BleedingDescription>& bleeding() const { return description_.bleeding; }
   std::vector<WoundPiece> wound_pieces() const;
-  /// Some found no room.
+  /// Some found no capacity.
   bool wounds_are_full() const { return wounds_.is_full(); }
   void forget_wall_change() { wall_changes_ = {}; }
   /// State of a cuttable body: its parts, copies in use, and the volumes that its surface encloses.
@@ -195,7 +195,7 @@ class SoftBody {
   void make_points();
   bool is_far(const cut::BladeStrip& strip) const;
   void archive_trails(StateArchive& a);
-  void follow(ExecContext& ctx, const TopologyChange& change, const TellCut& told);
+  void follow(ExecContext& ctx, const TopologyChange& change, const CutObserver& observer);
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
@@ -204,7 +204,7 @@ class SoftBody {
   DeviceSet& devices_;
   bool on_first_device_;
   BodySolver tissue_;
-  bool is_stopped_ = false, warned_of_softness_ = false, warned_of_substeps_ = false, was_inverted_ = false;
+  bool is_frozen_ = false, warned_of_softness_ = false, warned_of_substeps_ = false, was_inverted_ = false;
   tled::CubeExtremes strain_{1, 0, 1, 0, 0};
   NodeCheckRecord node_check_;
   RigidMotion motion_;
@@ -214,7 +214,7 @@ class SoftBody {
   bool full_stiffness_;
   SlabPoints points_;
   std::optional<cut::BodyCutter> cutter_;
-  TopologyChange change_;  ///< by the last strip; its lists keep their room
+  TopologyChange change_;  ///< by the last strip; its lists keep their capacity
   cut::CutPoints cut_points_;
   cut::CutWounds wounds_;
   Index stroke_ = 0;

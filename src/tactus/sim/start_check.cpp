@@ -83,7 +83,7 @@ Overlap overlap_of(const SoftBody& body, const Distance& distance_m) {
   return found;
 }
 
-void tell(const SoftBody& body, const std::string& in, const Overlap& found, std::vector<Notice>& notices) {
+void report(const SoftBody& body, const std::string& in, const Overlap& found, std::vector<Notice>& notices) {
   if (found.share <= kShare) return;
   notices.push_back({"body.overlap", Severity::warning,
                      number_text(std::round(100 * found.share)) + " % of body '" + body.name() +
@@ -105,7 +105,7 @@ std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::u
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       if (!touches(b) || (box && !overlap(*box, bounds(bodies[b]->shape().surface_m)))) continue;
       if (!distance_m) distance_m = distance_to(o);
-      tell(*bodies[b], "obstacle '" + o.name + "'", overlap_of(*bodies[b], *distance_m), notices);
+      report(*bodies[b], "obstacle '" + o.name + "'", overlap_of(*bodies[b], *distance_m), notices);
     }
   }
   if (!scene.contact.bodies) return notices;
@@ -117,15 +117,15 @@ std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::u
                         overlap(bounds(surface), bounds(bodies[b]->shape().surface_m));
       if (!near) continue;
       if (!inside) inside.emplace(surface, MeshFill::winding);
-      tell(*bodies[b], "body '" + bodies[other]->name() + "'",
-           overlap_of(*bodies[b], [&](Vec3f p_m) { return inside->signed_distance_m(p_m); }), notices);
+      report(*bodies[b], "body '" + bodies[other]->name() + "'",
+             overlap_of(*bodies[b], [&](Vec3f p_m) { return inside->signed_distance_m(p_m); }), notices);
     }
   }
   return notices;
 }
 
-void tell_of_far_bodies(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
-                        const Box3f& workspace_m, std::vector<Notice>& notices) {
+void report_far_bodies(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
+                       const Box3f& workspace_m, std::vector<Notice>& notices) {
   const Vec3f e = workspace_m.extent();
   const float longest_m = std::max({e.x, e.y, e.z});
   for (std::size_t b = 0; b < bodies.size(); ++b) {

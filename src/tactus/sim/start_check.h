@@ -19,7 +19,7 @@ std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::u
 
 /// A warning for each body that lies farther outside of the workspace than the workspace is long: nothing
 /// real can touch it there. @param workspace_m the reconstructed box
-void tell_of_far_bodies(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
-                        const Box3f& workspace_m, std::vector<Notice>& notices);
+void report_far_bodies(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
+                       const Box3f& workspace_m, std::vector<Notice>& notices);
 
 }  // namespace tactus

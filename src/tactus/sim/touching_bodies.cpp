@@ -152,10 +152,10 @@ std::vector<Resource> TouchingBodies::report_resources() const {
 std::vector<PairReaction> TouchingBodies::reactions(const Readback& readback, float dt_frame_s) const {
   if (!pairs_) return {};
   std::vector<PairReaction> all =
-      pair_reactions(readback.get<OwnerTotals>(report_), pairs_->body_count(), dt_frame_s);
+      pair_reactions(readback.get<ColliderTotals>(report_), pairs_->body_count(), dt_frame_s);
   for (PairReaction& r : all) {
     r.body = body_of_[static_cast<std::size_t>(r.body)];
-    r.other = r.reaction.owner = body_of_[static_cast<std::size_t>(r.other)];
+    r.other = r.reaction.collider = body_of_[static_cast<std::size_t>(r.other)];
   }
   return all;
 }

@@ -159,7 +159,7 @@ std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, d
     blade.tracker->update(masks, dt_s, taken, {points, depths});
     follow(blade, before, dt_s);
     sweep(blade);
-    tell(blade, notices);
+    report(blade, notices);
   }
   masks_.assign(masks.begin(), masks.end());
   for (const Blade& blade : blades_) blade.tracker->take_from(masks_);
@@ -178,20 +178,20 @@ void TrackedBlades::sweep(Blade& blade) {
     blade.from_m = now.edge_m;
     return;
   }
-  float way_m = 0;
+  float displacement_m = 0;
   for (std::size_t i = 0; i < now.edge_m.size(); ++i)
-    way_m = max(way_m, length(now.edge_m[i] - blade.from_m[i]));
-  if (static_cast<double>(way_m) < now.two_sigma_m) return;
+    displacement_m = max(displacement_m, length(now.edge_m[i] - blade.from_m[i]));
+  if (static_cast<double>(displacement_m) < now.two_sigma_m) return;
   blade.strip = {blade.from_m, now.edge_m, ++blade.strips};
   blade.from_m = now.edge_m;
 }
 
-void TrackedBlades::tell(Blade& blade, std::vector<Notice>& notices) const {
+void TrackedBlades::report(Blade& blade, std::vector<Notice>& notices) const {
   const TrackedBlade& now = blade.tracker->now();
   blade.was_known |= now.state == BladeState::known;
-  if (now.state == blade.told) return;
-  const bool was_known = blade.told == BladeState::known;
-  blade.told = now.state;
+  if (now.state == blade.reported) return;
+  const bool was_known = blade.reported == BladeState::known;
+  blade.reported = now.state;
   // It may leave a state and come back to it: told once, until it was known again.
   if (now.state == BladeState::known) blade.warned.clear();
   if (std::find(blade.warned.begin(), blade.warned.end(), now.state) != blade.warned.end()) return;
@@ -221,7 +221,8 @@ void TrackedBlades::tell(Blade& blade, std::vector<Notice>& notices) const {
 std::vector<Notice> TrackedBlades::last_notices() const {
   std::vector<Notice> notices;
   for (const Blade& blade : blades_) {
-    if (blade.was_known || blade.told == BladeState::misfit || blade.told == BladeState::twins) continue;
+    if (blade.was_known || blade.reported == BladeState::misfit || blade.reported == BladeState::twins)
+      continue;
     if (blade.tracker->unexplained_frames() > 0)
       notices.push_back({"blade.not_found", Severity::warning,
                          "blade '" + blade.name +

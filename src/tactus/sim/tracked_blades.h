@@ -69,7 +69,7 @@ class TrackedBlades {
     bool touches;
     std::unique_ptr<BladeTracker> tracker;
     std::map<int, std::array<Vec3d, 4>> corners_m;  ///< of its markers, by id, in the model's frame
-    BladeState told = BladeState::absent;
+    BladeState reported = BladeState::absent;
     std::vector<BladeState> warned;  ///< since it was known
     bool was_known = false;
     Vec3d center_m;  ///< of the model's box, in its frame
@@ -80,7 +80,7 @@ class TrackedBlades {
   };
   static void follow(Blade& blade, const std::optional<Rigidd>& before, double dt_s);
   void sweep(Blade& blade);
-  void tell(Blade& blade, std::vector<Notice>& notices) const;
+  void report(Blade& blade, std::vector<Notice>& notices) const;
 
   std::vector<Camera> depth_cameras_;
   std::vector<Blade> blades_;

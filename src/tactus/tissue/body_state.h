@@ -13,20 +13,21 @@ struct BodyState {
 };
 
 /// Nodes of a body that one device holds, and of those the ones that move there. A device that has the whole
-/// body counts its nodes as the body does, patch and all. Others have the patch behind their regular nodes,
-/// in regions (tissue/lattice_part.h).
+/// body counts its nodes as the body does, patch and all. Others have the virtual elements behind their
+/// regular nodes, in regions (tissue/lattice_part.h).
 struct NodeWindow {
-  Slab held;         ///< of the body
-  Slab own;          ///< counted from the first that is held
-  Slab patch = {};   ///< own region of the patch, counted likewise; empty: the device has the whole body
-  Index places = 0;  ///< in all regions
+  Slab held;  ///< of the body
+  Slab own;   ///< counted from the first that is held
+  Slab virtual_nodes =
+      {};  ///< own region of the virtual elements, counted likewise; empty: the device has the whole body
+  Index places = 0;         ///< in all regions
   Index first_virtual = 0;  ///< of the body
   bool owns(Index node) const { return node >= held.begin + own.begin && node < held.begin + own.end; }
   bool holds(Index node) const { return node >= held.begin && node < held.end; }
   Index count() const { return held.count() + places; }
   /// Number in the body of this device's node i. One patch node may have a place in each region.
   Index body_node(Index i) const {
-    return i < held.count() ? held.begin + i : first_virtual + (i - held.count()) % patch.count();
+    return i < held.count() ? held.begin + i : first_virtual + (i - held.count()) % virtual_nodes.count();
   }
 };
 inline NodeWindow all_nodes(const CubeLattice& lattice) {

@@ -192,15 +192,15 @@ std::vector<embed::Anchor> anchor_vertices(const CubeLattice& lattice, const Tri
 }
 
 EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& mesh,
-                                 float max_outside, SurfaceRoom room) {
+                                 float max_outside, SurfaceCapacity capacity) {
   std::vector<Index> flat = flat_triangles(mesh);
   std::vector<embed::Anchor> anchors = anchor_vertices(lattice, mesh, max_outside);
   if (lattice.copies.empty()) anchors = bearing_anchors(lattice, std::move(anchors));
   std::vector<Vec3f> positions = mesh.positions_m;
   counts_ = {static_cast<Index>(positions.size()), static_cast<Index>(mesh.triangles.size())};
-  positions.resize(at(std::max(room.vertices, counts_[0])));
+  positions.resize(at(std::max(capacity.vertices, counts_[0])));
   anchors.resize(positions.size());
-  flat.resize(3 * at(std::max(room.triangles, counts_[1])));
+  flat.resize(3 * at(std::max(capacity.triangles, counts_[1])));
   std::vector<embed::CubeNodes> cubes(lattice.cubes.size());
   for (std::size_t c = 0; c < cubes.size(); ++c)
     std::copy(lattice.cube_nodes[c].begin(), lattice.cube_nodes[c].end(), cubes[c].node);
@@ -225,12 +225,12 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   new_triangles_ = Buffer<embed::SetTriangles::Change>(ctx.device(), corners / 3);
   new_cubes_ =
       Buffer<SetValues<embed::CubeNodes>::Change>(ctx.device(), static_cast<Index>(lattice.copies.size()));
-  take_room_for_frame(ctx, std::min(lattice.copies.size() / 2, cut::kFrameSplits));
+  take_capacity_for_frame(ctx, std::min(lattice.copies.size() / 2, cut::kFrameSplits));
 }
 
 /// The lists' pages are in place when a frame first has so many cubes that fall apart, on the host and, where
 /// a device is the host, there, too.
-void EmbeddedSurface::take_room_for_frame(ExecContext& ctx, std::size_t splits) {
+void EmbeddedSurface::take_capacity_for_frame(ExecContext& ctx, std::size_t splits) {
   const auto take = [&](auto& from, auto& to, std::size_t of_split) {
     from.resize(std::min(of_split * splits, at(to.size())));
     ctx.upload(from, to.view().part(0, static_cast<Index>(from.size())));
@@ -238,11 +238,11 @@ void EmbeddedSurface::take_room_for_frame(ExecContext& ctx, std::size_t splits) 
   take(anchor_changes_, new_anchors_, 20);
   take(triangle_changes_, new_triangles_, 50);
   take(cube_changes_, new_cubes_, 4);
-  cut::take_room(vertices_, 30 * splits);
-  cut::take_room(first_added_, 30 * splits);
-  cut::take_room(added_, 150 * splits);
+  cut::take_capacity(vertices_, 30 * splits);
+  cut::take_capacity(first_added_, 30 * splits);
+  cut::take_capacity(added_, 150 * splits);
   uses_at_.resize(at(positions_.size()));
-  incident_.take_room(static_cast<Index>(150 * splits));
+  incident_.take_capacity(static_cast<Index>(150 * splits));
   ctx.synchronize();
 }
 
@@ -296,19 +296,19 @@ void EmbeddedSurface::update(ExecContext& ctx, const BodyState& state) {
 }
 
 void EmbeddedSurface::check(const TopologyChange& change) const {
-  const auto require = [](Index id, Index room, const char* what) {
-    if (id < 0 || id >= room)
+  const auto require = [](Index id, Index capacity, const char* what) {
+    if (id < 0 || id >= capacity)
       throw Error(std::string("cut surface: ") + what + " " + std::to_string(id) +
-                  ", but there is room for " + std::to_string(room));
+                  ", but there is capacity for " + std::to_string(capacity));
   };
-  const auto room = [&](std::size_t count, Index most, const char* what) {
+  const auto capacity = [&](std::size_t count, Index most, const char* what) {
     if (count > at(most))
-      throw Error("cut surface: " + std::to_string(count) + " " + what + ", but there is room for " +
+      throw Error("cut surface: " + std::to_string(count) + " " + what + ", but there is capacity for " +
                   std::to_string(most));
   };
-  room(change.copies.size(), new_cubes_.size(), "copies");
-  room(change.vertices.size(), new_anchors_.size(), "vertices");
-  room(change.triangles.size(), new_triangles_.size(), "triangles");
+  capacity(change.copies.size(), new_cubes_.size(), "copies");
+  capacity(change.vertices.size(), new_anchors_.size(), "vertices");
+  capacity(change.triangles.size(), new_triangles_.size(), "triangles");
   for (const TopologyChange::Copy& copy : change.copies) require(copy.cube, cubes_.size(), "cube");
   for (const TopologyChange::Vertex& v : change.vertices) {
     require(v.vertex, positions_.size(), "vertex");

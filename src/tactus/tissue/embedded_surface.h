@@ -39,7 +39,7 @@ std::vector<embed::Anchor> anchor_vertices(const CubeLattice& lattice, const Tri
                                            float max_outside = 1);
 
 /// How many vertices and triangles a surface can have, when a cut adds some.
-struct SurfaceRoom {
+struct SurfaceCapacity {
   Index vertices = 0, triangles = 0;
 };
 
@@ -48,18 +48,18 @@ struct SurfaceRoom {
 class EmbeddedSurface {
  public:
   /// Vertices outside every cube go to the nearest one (linearly continued); those in cubes that hold little
-  /// to the neighbour that bears their loads, unless the body has room for a cut.
-  /// @param room at least for the mesh's vertices and triangles
+  /// to the neighbour that bears their loads, unless the body has capacity for a cut.
+  /// @param capacity at least for the mesh's vertices and triangles
   /// @throws Error when a vertex is further from all cubes than `max_outside` spacings (which, how far), or
   /// the mesh has no triangles, NaN or a bad index.
   EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, const TriangleMesh& mesh,
-                  float max_outside = 1, SurfaceRoom room = {});
+                  float max_outside = 1, SurfaceCapacity capacity = {});
 
   /// Positions and normals of all vertices for these node positions. Asynchronous.
   void update(ExecContext& ctx, const BodyState& state);
   /// Takes a cut over: vertices that move with other cubes, new vertices and triangles. Recordings stay
   /// valid. Synchronizes; positions follow with the next update(). @throws Error before anything is changed
-  /// when there is no room, or an id is out of range.
+  /// when there is no capacity, or an id is out of range.
   void apply(ExecContext& ctx, const TopologyChange& change);
 
   View<const Vec3f> positions_m() const { return positions_.const_view().part(0, vertex_count()); }
@@ -78,7 +78,7 @@ class EmbeddedSurface {
   void list_triangles(std::span<const TopologyChange::Triangle> changes);
   Count vertices() const { return {device_counts_.const_view().part(0, 1), positions_.size()}; }
   void gather_normals(ExecContext& ctx);
-  void take_room_for_frame(ExecContext& ctx, std::size_t splits);
+  void take_capacity_for_frame(ExecContext& ctx, std::size_t splits);
 
   std::array<Index, 2> counts_{};  ///< vertices, triangles
   Buffer<Index> device_counts_;

@@ -78,11 +78,11 @@ LatticeLayers lattice_layers(const CubeLattice& lattice, Slab layers) {
   return part;
 }
 
-PatchRegions patch_regions(const CubeLattice& part, Slab own_layers) {
-  PatchRegions regions{.first = part.regular_nodes(),
-                       .below = own_layers.begin > 0,
-                       .above = own_layers.end < part.node_dims.z};
-  regions.room = static_cast<Index>(part.virtual_nodes.size()) / regions.count();
+VirtualRegions virtual_regions(const CubeLattice& part, Slab own_layers) {
+  VirtualRegions regions{.first = part.regular_nodes(),
+                         .below = own_layers.begin > 0,
+                         .above = own_layers.end < part.node_dims.z};
+  regions.capacity = static_cast<Index>(part.virtual_nodes.size()) / regions.count();
   return regions;
 }
 
@@ -90,16 +90,16 @@ LatticeLayers lattice_window(const CubeLattice& lattice, Slab held, Slab own) {
   LatticeLayers part = lattice_layers(lattice, held);
   CubeLattice& window = part.lattice;
   const Index first_virtual = lattice.regular_nodes(),
-              room = static_cast<Index>(lattice.virtual_nodes.size());
-  const PatchRegions regions{.first = window.node_count(),
-                             .room = room,
-                             .below = own.begin > held.begin,
-                             .above = own.end < held.end};
+              capacity = static_cast<Index>(lattice.virtual_nodes.size());
+  const VirtualRegions regions{.first = window.node_count(),
+                               .capacity = capacity,
+                               .below = own.begin > held.begin,
+                               .above = own.end < held.end};
   const auto region_of = [&](Index z) {
     return z < own.begin ? regions.from_below() : z < own.end ? regions.own() : regions.from_above();
   };
   const auto is_held = [](Index z, Slab layers) { return z >= layers.begin && z < layers.end; };
-  const Index places = regions.count() * room;
+  const Index places = regions.count() * capacity;
   window.virtual_nodes.assign(at(places), -1);
   window.nodes.resize(window.nodes.size() + at(places), window.nodes.front());
   window.node_mass_kg.resize(window.nodes.size(), 0);

@@ -40,9 +40,9 @@ MotionMeter::MotionMeter(ExecContext& ctx, const CubeLattice& lattice, Slab node
   const auto layer_of = [&](Index node) { return lattice.nodes[static_cast<std::size_t>(node)].z; };
   for (Index begin = nodes.begin; begin < nodes.end;) {
     Index end = begin;
-    const bool in_patch = begin >= lattice.regular_nodes();  // its nodes lie in any layer
-    const Index most = in_patch ? nodes.end : std::min(nodes.end, lattice.regular_nodes());
-    while (end < most && end - begin < SumMotion::kNodes && (in_patch || layer_of(end) == layer_of(begin)))
+    const bool is_virtual = begin >= lattice.regular_nodes();  // its nodes lie in any layer
+    const Index most = is_virtual ? nodes.end : std::min(nodes.end, lattice.regular_nodes());
+    while (end < most && end - begin < SumMotion::kNodes && (is_virtual || layer_of(end) == layer_of(begin)))
       ++end;
     blocks.push_back({begin - nodes.begin, end - nodes.begin});
     begin = end;

@@ -27,7 +27,7 @@ TopologyChange topology_change(const CubeLattice& before, const CubeLattice& aft
     throw Error("a body of " + std::to_string(before.node_count()) + " nodes and " +
                 std::to_string(before.cube_count()) + " cubes can't become one of " +
                 std::to_string(after.node_count()) + " and " + std::to_string(after.cube_count()) +
-                ": expected the same regular ones and the same room");
+                ": expected the same regular ones and the same capacity");
   TopologyChange change;
   for (Index c = 0; c < after.cube_count(); ++c) {
     const bool was = before.has_cube(at(c)), is = after.has_cube(at(c));

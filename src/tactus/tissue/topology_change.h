@@ -8,7 +8,7 @@
 namespace tactus {
 
 /// The changes that a cut asks of all objects that hold ids of nodes or cubes. Ids are the body's and never
-/// change their meaning: new nodes and copies take places for which the body has room.
+/// change their meaning: new nodes and copies take places for which the body has capacity.
 struct TopologyChange {
   struct Copy {
     Index cube = 0;  ///< its id
@@ -49,7 +49,7 @@ struct TopologyChange {
   std::vector<Vertex> vertices;
   std::vector<Triangle> triangles;
 
-  /// Lists keep their room.
+  /// Lists keep their capacity.
   void clear() {
     cut.clear();
     copies.clear();
@@ -63,8 +63,8 @@ struct TopologyChange {
 /// mass.
 HeldAxes held_axes(const CubeLattice& lattice, Index node);
 
-/// From a lattice that has room, and no cuts yet, to one with the same room that cut_lattice made.
-/// @throws Error when they are not of one body, or their room differs.
+/// From a lattice that has capacity, and no cuts yet, to one with the same capacity that cut_lattice made.
+/// @throws Error when they are not of one body, or their capacity differs.
 TopologyChange topology_change(const CubeLattice& before, const CubeLattice& after);
 
 /// The lattice after a change. @throws Error naming an id that is out of range.

@@ -6,9 +6,9 @@
 
 namespace tactus::cut {
 
-/// Ids are those of the device's part of the body; places of its patch come behind regular ones.
+/// Ids are those of the device's part of the body; places of its virtual elements come behind regular ones.
 struct LocalCopy {
-  Index copy = 0;    ///< place in the patch
+  Index copy = 0;    ///< place in the virtual elements
   Index parent = 0;  ///< cube
   embed::CubeNodes nodes;
   tled::Stiffness stiffness;
@@ -23,17 +23,18 @@ struct LocalNode {
 /// Cubes that are no more have no stiffness, and no stress that has to fade.
 struct ClearCubes {
   View<const Index> cubes;
-  View<const Index> cube_cell;               ///< of regular cubes; the others are copies
-  View<std::uint16_t> kind;                  ///< over cells
-  View<float> stiffness_fields;              ///< on a CPU: 3 fields over cells
-  View<float> history_Pa, patch_history_Pa;  ///< fields over cells and over copies, if anything relaxes
+  View<const Index> cube_cell;                 ///< of regular cubes; the others are copies
+  View<std::uint16_t> kind;                    ///< over cells
+  View<float> stiffness_fields;                ///< on a CPU: 3 fields over cells
+  View<float> history_Pa, virtual_history_Pa;  ///< fields over cells and over copies, if anything relaxes
   View<tled::Stiffness> of_copies;
   Index cells;
   TACTUS_HD void operator()(Index i) const {
     const Index cube = cubes[i], copy = cube - cube_cell.size();
     if (copy >= 0) {
       of_copies[copy] = {};
-      for (Index at = copy; at < patch_history_Pa.size(); at += of_copies.size()) patch_history_Pa[at] = 0;
+      for (Index at = copy; at < virtual_history_Pa.size(); at += of_copies.size())
+        virtual_history_Pa[at] = 0;
       return;
     }
     const Index cell = cube_cell[cube];
@@ -52,20 +53,20 @@ struct AddCopies {
   View<const float> history_Pa;  ///< fields over cells; empty: nothing relaxes
   View<embed::CubeNodes> nodes;
   View<tled::Stiffness> stiffness;
-  View<float> patch_history_Pa;  ///< the same fields over copies
+  View<float> virtual_history_Pa;  ///< the same fields over copies
   Index cells;
   TACTUS_HD void operator()(Index i) const {
     const LocalCopy made = copies[i];
-    const Index room = nodes.size(), of_patch = made.parent - cube_cell.size();
+    const Index capacity = nodes.size(), of_virtual = made.parent - cube_cell.size();
     const float parent_mu_Pa =
-        of_patch < 0 ? of_cells[cube_cell[made.parent]].mu_Pa : stiffness[of_patch].mu_Pa;
+        of_virtual < 0 ? of_cells[cube_cell[made.parent]].mu_Pa : stiffness[of_virtual].mu_Pa;
     const float share = made.stiffness.mu_Pa / parent_mu_Pa;
     nodes[made.copy] = made.nodes;
     stiffness[made.copy] = made.stiffness;
-    for (Index field = 0; field * room < patch_history_Pa.size(); ++field)
-      patch_history_Pa[field * room + made.copy] =
-          share * (of_patch < 0 ? history_Pa[field * cells + cube_cell[made.parent]]
-                                : patch_history_Pa[field * room + of_patch]);
+    for (Index field = 0; field * capacity < virtual_history_Pa.size(); ++field)
+      virtual_history_Pa[field * capacity + made.copy] =
+          share * (of_virtual < 0 ? history_Pa[field * cells + cube_cell[made.parent]]
+                                  : virtual_history_Pa[field * capacity + of_virtual]);
   }
 };
 

@@ -15,13 +15,13 @@ struct LocalChange {
   std::vector<cut::LocalNode> nodes;
 };
 
-/// Lists of a change in a device's memory. They are as long as a body has room for, so a change allocates
+/// Lists of a change in a device's memory. They are as long as a body has capacity for, so a change allocates
 /// nothing there.
 class ChangeLists {
  public:
-  /// @param room for copies that the body has
-  ChangeLists(ExecContext& ctx, Index room)
-      : cut_(ctx.device(), room), copies_(ctx.device(), room), nodes_(ctx.device(), 8 * room) {}
+  /// @param capacity for copies that the body has
+  ChangeLists(ExecContext& ctx, Index capacity)
+      : cut_(ctx.device(), capacity), copies_(ctx.device(), capacity), nodes_(ctx.device(), 8 * capacity) {}
   /// Synchronizes.
   void upload(ExecContext& ctx, const LocalChange& change) {
     const auto put = [&]<class T>(const std::vector<T>& from, Buffer<T>& to, View<const T>& of_change) {

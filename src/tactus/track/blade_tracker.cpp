@@ -281,11 +281,12 @@ void BladeTracker::judge() {
   now_.two_sigma_m = two_sigma_m(h);
   now_.missing = h.fit.missing;
   ++frames_;
-  double way_m = 0;
+  double displacement_m = 0;
   for (std::size_t i = 0; i < model_.edge_m.size(); ++i) {
     now_.edge_m.push_back(vec_cast<float>(now_.T_world_model * vec_cast<double>(model_.edge_m[i])));
     if (!last_edge_m_.empty())
-      way_m = std::max(way_m, static_cast<double>(length(now_.edge_m[i] - last_edge_m_[i])));
+      displacement_m =
+          std::max(displacement_m, static_cast<double>(length(now_.edge_m[i] - last_edge_m_[i])));
   }
   // Twins of a tool of another shape are not asked for: anything fits it as badly.
   if (is_misfit)
@@ -293,7 +294,7 @@ void BladeTracker::judge() {
   else if (is_twin_)
     now_.state = h.shape.frames() < kFramesOfShape ? BladeState::ambiguous : BladeState::twins;
   else
-    now_.state = state_of(h, way_m);
+    now_.state = state_of(h, displacement_m);
   if (now_.state == BladeState::misfit) ++unexplained_frames_;
   if (now_.state < BladeState::jumped) return;
   unexplained_frames_ = 0;
@@ -307,10 +308,11 @@ bool BladeTracker::shows_another(const Hypothesis& h, double times) const {
   return h.shape.misfit_px() > times * most_px || h.shape.edge_covered() > kMostCovered;
 }
 
-BladeState BladeTracker::state_of(const Hypothesis& h, double way_m) const {
+BladeState BladeTracker::state_of(const Hypothesis& h, double displacement_m) const {
   if (h.lost_frames > 0 || frames_ < 3 || h.fit.gone > kMostGone || now_.two_sigma_m > settings_.two_sigma_m)
     return BladeState::unsure;
-  if (!last_edge_m_.empty() && way_m > settings_.most_m_s * since_known_s_) return BladeState::jumped;
+  if (!last_edge_m_.empty() && displacement_m > settings_.most_m_s * since_known_s_)
+    return BladeState::jumped;
   return BladeState::known;
 }
 

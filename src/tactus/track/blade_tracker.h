@@ -92,7 +92,7 @@ class BladeTracker {
   /// Whether the masks show another shape there. @param times of the most that a right one is off by
   bool shows_another(const Hypothesis& h, double times) const;
   /// The state of a hypothesis that shows the tool.
-  BladeState state_of(const Hypothesis& h, double way_m) const;
+  BladeState state_of(const Hypothesis& h, double displacement_m) const;
   double two_sigma_m(const Hypothesis& of) const;
   /// The part of a picture that shows it, with so many pixels around.
   struct Part {

@@ -20,7 +20,7 @@ void PoseFilter::start(const PoseFit& fit, double calibration_px) {
   pose_ = fit.T_world_model;
   shifts_px_ = fit.shifts_px;
   velocity_ = surprise_ = {};
-  hurry_ = 1;
+  manoeuvre_gain_ = 1;
   const int unknowns = fit.information.rows;
   DenseMatrix known = fit.information;
   const double sigma_px = std::max(calibration_px, 1e-3);
@@ -49,7 +49,8 @@ void PoseFilter::predict(double dt_s) {
 
 void PoseFilter::add_process_noise(double dt_s) {
   for (int i = 0; i < 6; ++i) {
-    const double a = i < 3 ? settings_.acceleration_rad_s2 : settings_.acceleration_m_s2, a2 = hurry_ * a * a;
+    const double a = i < 3 ? settings_.acceleration_rad_s2 : settings_.acceleration_m_s2,
+                 a2 = manoeuvre_gain_ * a * a;
     covariance_(i, i) += a2 * dt_s * dt_s * dt_s * dt_s / 4;
     covariance_(i, 6 + i) += a2 * dt_s * dt_s * dt_s / 2;
     covariance_(6 + i, i) += a2 * dt_s * dt_s * dt_s / 2;
@@ -114,11 +115,11 @@ void PoseFilter::update(const PoseFit& fit) {
     }
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < n; ++k) covariance_(i, k) -= less(i, k);
-  notice_hurry(change, less);
+  detect_manoeuvre(change, less);
 }
 
 /// Changes of the velocity that keep their direction say that accelerations are larger than assumed.
-void PoseFilter::notice_hurry(const SmallMatrix<6, 1>& change, const DenseMatrix& less) {
+void PoseFilter::detect_manoeuvre(const SmallMatrix<6, 1>& change, const DenseMatrix& less) {
   Matrix6 expected;  // covariance of the changes
   SmallMatrix<6, 1> mean;
   for (int i = 0; i < 6; ++i) {
@@ -130,7 +131,7 @@ void PoseFilter::notice_hurry(const SmallMatrix<6, 1>& change, const DenseMatrix
   }
   const double share = (1 - kMemory) / (1 + kMemory);  // of the variance of a mean of white ones
   const double size = (transpose(mean) * (inverse_of_definite(expected) * mean))(0, 0) / (6 * share);
-  hurry_ = std::clamp(size * size / 4, 1.0, 1000.0);
+  manoeuvre_gain_ = std::clamp(size * size / 4, 1.0, 1000.0);
 }
 
 }  // namespace tactus

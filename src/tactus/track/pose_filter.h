@@ -34,7 +34,7 @@ class PoseFilter {
   /// Number of the k-th unknown of a fit among the filter's: twist, velocity, shifts.
   static int place(int k) { return k < 6 ? k : k + 6; }
   void add_process_noise(double dt_s);
-  void notice_hurry(const SmallMatrix<6, 1>& change, const DenseMatrix& less);
+  void detect_manoeuvre(const SmallMatrix<6, 1>& change, const DenseMatrix& less);
 
   PoseFilterSettings settings_;
   Vec3d center_m_;
@@ -43,8 +43,8 @@ class PoseFilter {
   std::vector<double> shifts_px_;
   DenseMatrix covariance_;  ///< of twist, velocity and shifts
   PosePrior prior_;
-  Twist surprise_{};  ///< mean of the fits' changes of velocities
-  double hurry_ = 1;  ///< by how much variances of acceleration are raised
+  Twist surprise_{};           ///< mean of the fits' changes of velocities
+  double manoeuvre_gain_ = 1;  ///< by how much variances of acceleration are raised
 };
 
 }  // namespace tactus

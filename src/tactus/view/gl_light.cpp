@@ -153,7 +153,7 @@ void GlLight::bind() const {
   glBindTextureUnit(5, floor_light_.texture.get());
 }
 
-void GlLight::tell(const GlProgram& program, const PictureLayout& layout) const {
+void GlLight::set_uniforms(const GlProgram& program, const PictureLayout& layout) const {
   set(program, "sun", layout.sun);
   set(program, "sun_matrix", clip_to_texture() * layout.sun_clip);
   set(program, "sky_matrix", clip_to_texture() * layout.sky_clip);

@@ -21,7 +21,7 @@ class GlLight {
   /// For the shaders that know the light (kLight), and the ground's.
   void bind() const;
   /// Tells such a program all but the eye.
-  void tell(const GlProgram& program, const PictureLayout& layout) const;
+  void set_uniforms(const GlProgram& program, const PictureLayout& layout) const;
 
  private:
   void draw_sun(std::span<const GlMesh* const> casters, const PictureLayout& layout);

@@ -154,7 +154,7 @@ struct Renderer::Impl {
   void set_light(const GlProgram& program, const PictureLayout& l, Vec3f eye) {
     set(program, "view_proj", l.view_proj);
     set(program, "eye", eye);
-    gl->light.tell(program, l);
+    gl->light.set_uniforms(program, l);
     set(program, "picture_px", static_cast<float>(options.width_px), static_cast<float>(options.height_px));
   }
 

@@ -44,11 +44,11 @@ void copy_to_gl_buffer(int ordinal, void* resource, const void* from, std::size_
   auto* const queue = static_cast<cudaStream_t>(stream);
   TACTUS_CUDA_CHECK(cudaGraphicsMapResources(1, &shared, queue));
   void* to = nullptr;
-  std::size_t room = 0;
-  cudaError_t status = cudaGraphicsResourceGetMappedPointer(&to, &room, shared);
+  std::size_t capacity = 0;
+  cudaError_t status = cudaGraphicsResourceGetMappedPointer(&to, &capacity, shared);
   if (status == cudaSuccess)
-    status = room < bytes ? cudaErrorInvalidValue
-                          : cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, queue);
+    status = capacity < bytes ? cudaErrorInvalidValue
+                              : cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, queue);
   TACTUS_CUDA_CHECK(cudaGraphicsUnmapResources(1, &shared, queue));
   TACTUS_CUDA_CHECK(status);
 }

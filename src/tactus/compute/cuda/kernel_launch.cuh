@@ -142,7 +142,7 @@ template <class K>
 __device__ __forceinline__ decltype(auto) loaded_by_block(const K& kernel) {
   if constexpr (requires { K::kLoadsTogether; }) {
     static_assert(std::is_trivially_copyable_v<K> && sizeof(K) % sizeof(unsigned) == 0);
-    __shared__ unsigned words[sizeof(K) / sizeof(unsigned) + 2];  // and room to align
+    __shared__ unsigned words[sizeof(K) / sizeof(unsigned) + 2];  // and capacity to align
     K& copy = *reinterpret_cast<K*>((reinterpret_cast<std::uintptr_t>(words) + alignof(K) - 1) / alignof(K) *
                                     alignof(K));
     for (unsigned w = threadIdx.x; w < sizeof(K) / sizeof(unsigned); w += blockDim.x)
@@ -201,7 +201,7 @@ __global__ void __launch_bounds__(K::kThreads, least_blocks<K>())
 
 constexpr int kLanesThreads = 128;
 /// Blocks a multiprocessor that stride over work: each of their groups does more or less of it, and of more
-/// blocks than fit, those that end early make room for others (705,000 particles on an H200: 5 % of a step).
+/// blocks than fit, those that end early make capacity for others (705,000 particles on an H200: 5 % of a step).
 constexpr int kLanesBlocks = 16;
 
 template <class K>

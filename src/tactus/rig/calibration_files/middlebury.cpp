@@ -71,8 +71,8 @@ std::vector<MiddleburyCamera> read_middlebury_cameras(const std::string& text, c
   std::istringstream in(text);
   std::string line;
   std::getline(in, line);
-  int told = -1;
-  if (std::sscanf(line.c_str(), "%d", &told) != 1 || told < 0)
+  int reported = -1;
+  if (std::sscanf(line.c_str(), "%d", &reported) != 1 || told < 0)
     throw Error(file + ":1: " + excerpt(line) + ", expected the number of cameras");
   std::vector<MiddleburyCamera> cameras;
   for (int number = 2; std::getline(in, line); ++number) {
@@ -80,8 +80,8 @@ std::vector<MiddleburyCamera> read_middlebury_cameras(const std::string& text, c
     const std::string where = file + ":" + std::to_string(number);
     cameras.push_back({calibration::parse_middlebury_line(line, where), where});
   }
-  if (std::ssize(cameras) != told) {
-    throw Error(file + ": " + std::to_string(told) + " cameras are announced, " +
+  if (std::ssize(cameras) != reported) {
+    throw Error(file + ": " + std::to_string(reported) + " cameras are announced, " +
                 std::to_string(cameras.size()) + " are there; the file is cut short or damaged");
   }
   return cameras;

@@ -162,7 +162,7 @@ bool SocketProcess::receive(LinkFrame& message) {
       case LinkFrame::listening:
         settings_.address = message.body;
         listens_ = true;
-        told_failure_.clear();
+        reported_failure_.clear();
         break;
       case LinkFrame::failed:
         failure_ = message.body;
@@ -204,18 +204,18 @@ void SocketProcess::tend(double now_s) {
     end();
     refused_before_ += refused_now_.exchange(0);
     ++restarts_;
-    if (what != told_failure_)
+    if (what != reported_failure_)
       log_warning("the process of the live sockets is started again (" + what +
                   "): cameras connect again by themselves, the run goes on");
-    told_failure_ = failure_;
+    reported_failure_ = failure_;
   }
   if (now_s - start_s_ < kRestart_s) return;
   try {
     start(now_s);
   } catch (const Error& error) {
     start_s_ = now_s;
-    if (told_failure_ != error.what()) log_warning(error.what());
-    told_failure_ = error.what();
+    if (reported_failure_ != error.what()) log_warning(error.what());
+    reported_failure_ = error.what();
   }
 }
 

@@ -66,7 +66,7 @@ class SocketProcess {
   pid_t pid_ = -1;
   bool listens_ = false;
   double tended_s_ = 0, silent_s_ = 0, start_s_ = 0;
-  std::string failure_, told_failure_;
+  std::string failure_, reported_failure_;
   std::atomic<std::int64_t> restarts_ = 0, refused_before_ = 0, refused_now_ = 0;
 };
 

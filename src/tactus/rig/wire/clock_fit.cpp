@@ -9,8 +9,8 @@ void ClockFit::add(double sent_s, double arrived_s) {
   const bool begins = count_ == 0 || sent_s >= piece_begin_s_ + kPiece_s || sent_s < piece_begin_s_;
   if (begins) {
     piece_begin_s_ = sent_s;
-    newest_ = (newest_ + 1) % kPieces;
-    count_ = std::min(count_ + 1, kPieces);
+    newest_ = (newest_ + 1) % kComponents;
+    count_ = std::min(count_ + 1, kComponents);
   }
   Point& point = points_[newest_];
   if (!begins && difference_s >= point.difference_s) return;
@@ -23,7 +23,7 @@ void ClockFit::fit() {
   for (std::size_t i = 0; i < count_; ++i) mean_s += point(i).sent_s / static_cast<double>(count_);
   drift_ = 0;
   if (count_ >= kLeastForDrift) {
-    std::array<Point, kPieces> hull;
+    std::array<Point, kComponents> hull;
     std::size_t size = 0;
     for (std::size_t i = 0; i < count_; ++i) {
       const Point p = point(i);

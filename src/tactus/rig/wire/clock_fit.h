@@ -24,7 +24,7 @@ class ClockFit {
   double drift() const { return drift_; }
 
  private:
-  static constexpr std::size_t kPieces = 24;
+  static constexpr std::size_t kComponents = 24;
   static constexpr double kPiece_s = 0.5;
   /// Fewer tell no drift from jumps of the way.
   static constexpr std::size_t kLeastForDrift = 8;
@@ -33,11 +33,13 @@ class ClockFit {
   struct Point {
     double sent_s = 0, difference_s = 0;
   };
-  const Point& point(std::size_t i) const { return points_[(newest_ + kPieces + 1 - count_ + i) % kPieces]; }
+  const Point& point(std::size_t i) const {
+    return points_[(newest_ + kComponents + 1 - count_ + i) % kComponents];
+  }
   void fit();
 
-  std::array<Point, kPieces> points_{};  ///< a ring
-  std::size_t newest_ = kPieces - 1, count_ = 0;
+  std::array<Point, kComponents> points_{};  ///< a ring
+  std::size_t newest_ = kComponents - 1, count_ = 0;
   double piece_begin_s_ = 0;
   double offset_s_ = 0, drift_ = 0, reference_s_ = 0;
 };

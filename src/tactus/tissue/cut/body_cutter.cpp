@@ -12,13 +12,13 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-void BodyCutter::take_room_for(TopologyChange& change) const {
+void BodyCutter::take_capacity_for(TopologyChange& change) const {
   const std::size_t splits = std::min(lattice_.lattice().copies.size() / 2, kFrameSplits);
-  take_room(change.cut, splits);
-  take_room(change.copies, 3 * splits);
-  take_room(change.nodes, 6 * splits);
-  take_room(change.vertices, 20 * splits);
-  take_room(change.triangles, 50 * splits);
+  take_capacity(change.cut, splits);
+  take_capacity(change.copies, 3 * splits);
+  take_capacity(change.nodes, 6 * splits);
+  take_capacity(change.vertices, 20 * splits);
+  take_capacity(change.triangles, 50 * splits);
 }
 
 CutReport BodyCutter::cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change) {
@@ -39,7 +39,7 @@ CutReport BodyCutter::cut(BladeTrail& trail, const BladeStrip& strip, std::span<
 CutReport BodyCutter::cut_marked(TopologyChange& change) {
   CutReport report;
   change.clear();
-  const auto stages = lattice_.splits([&](Index splits) { return surface_.has_room(splits); });
+  const auto stages = lattice_.splits([&](Index splits) { return surface_.has_capacity(splits); });
   report.is_full = lattice_.is_full();
   if (stages.empty()) return report;
   const double area_before = surface_.wall_area();

@@ -11,7 +11,7 @@ struct CutReport {
   double area_m2 = 0;       ///< of new walls at rest, one side
   double depth_m = 0;       ///< of the deepest new wall below the original surface, at rest
   bool is_refused = false;  ///< the strip meets cubes that must not be cut
-  bool is_full = false;     ///< there was no room for its cuts
+  bool is_full = false;     ///< there was no capacity for its cuts
 };
 
 /// Owns a body's lattice and surface as they are cut, on the host. Changes go to `apply` of the solver and of
@@ -19,14 +19,14 @@ struct CutReport {
 /// cubes.
 class BodyCutter {
  public:
-  /// @param lattice with room for copies @param may_cut per regular cube; empty: all
+  /// @param lattice with capacity for copies @param may_cut per regular cube; empty: all
   /// @param surface closed @throws Error if it is not
   BodyCutter(const CubeLattice& lattice, std::vector<std::uint8_t> may_cut, const TriangleMesh& surface,
-             std::span<const embed::Anchor> anchors, CutSurface::Room room)
-      : lattice_(lattice, std::move(may_cut)), surface_(lattice_, surface, anchors, room) {}
+             std::span<const embed::Anchor> anchors, CutSurface::Capacity capacity)
+      : lattice_(lattice, std::move(may_cut)), surface_(lattice_, surface, anchors, capacity) {}
 
-  /// Takes room for the changes of a frame.
-  void take_room_for(TopologyChange& change) const;
+  /// Takes capacity for the changes of a frame.
+  void take_capacity_for(TopologyChange& change) const;
 
   /// @param x_m of all nodes, which rest @param change its old contents are dropped
   CutReport cut(const BladeStrip& strip, std::span<const Vec3f> x_m, TopologyChange& change);

@@ -38,14 +38,14 @@ WallSide side_of(const LatticeCutter& cutter, Index cube, Vec3d local, const Poi
 
 CutPoints::CutPoints(const CubeLattice& lattice, std::span<const SpreadPoint> points,
                      std::span<const embed::Anchor> anchors, std::span<const embed::Anchor> bearing,
-                     Index first_new, Index room)
-    : next_(first_new), end_(first_new + room) {
+                     Index first_new, Index capacity)
+    : next_(first_new), end_(first_new + capacity) {
   for (std::size_t p = 0; p < points.size(); ++p) {
     const embed::Anchor& anchor = anchors[p];
     const auto place = static_cast<Index>(p);
     of_cube_[anchor.cube].push_back(points_.size());
     if (bearing[p].cube != anchor.cube) of_cube_[bearing[p].cube].push_back(points_.size());
-    points_.push_back({place < first_new ? place : place + room,
+    points_.push_back({place < first_new ? place : place + capacity,
                        vec_cast<double>(lattice.cubes[at(anchor.cube)]) + vec_cast<double>(anchor.local),
                        anchor.cube, points[p].area_m2});
   }

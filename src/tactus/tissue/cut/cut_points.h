@@ -13,15 +13,15 @@ class CutPoints {
  public:
   CutPoints() = default;
   /// @param anchors in regular cubes @param bearing those that move the points before the first cut (the same
-  /// ones, or neighbours) @param first_new place of the first new point @param room for them
+  /// ones, or neighbours) @param first_new place of the first new point @param capacity for them
   CutPoints(const CubeLattice& lattice, std::span<const SpreadPoint> points,
             std::span<const embed::Anchor> anchors, std::span<const embed::Anchor> bearing, Index first_new,
-            Index room);
+            Index capacity);
 
   /// After CutSurface::update. @returns ascending
   std::vector<PointChange> update(const LatticeCutter& cutter, const CutSurface& surface,
                                   const TopologyChange& change);
-  /// More than there was room for was left out.
+  /// More than there was capacity for was left out.
   bool is_full() const { return is_full_; }
 
  private:

@@ -26,17 +26,17 @@ double grain_of(const CubeLattice& lattice, const TriangleMesh& surface) {
 }  // namespace
 
 CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
-                       std::span<const embed::Anchor> anchors, Room room)
-    : room_(room),
+                       std::span<const embed::Anchor> anchors, Capacity capacity)
+    : capacity_(capacity),
       parted_place_(cutter.lattice().cubes.size(), -1),
       parent_(cutter.lattice().cubes.size(), -1),
       ends_(cutter.lattice().copies.size()) {
-  const std::size_t most = std::max(index(room.triangles), surface.triangles.size());
+  const std::size_t most = std::max(index(capacity.triangles), surface.triangles.size());
   bins_.resize(cutter.lattice().regular_cubes());
   wall_points_.reserve(4 * cutter.lattice().copies.size());
   triangles_.reserve(most);
   vertices_of_.reserve(most);
-  points_.reserve(std::max(index(room.vertices), surface.positions_m.size()));
+  points_.reserve(std::max(index(capacity.vertices), surface.positions_m.size()));
   place_points(cutter, surface, anchors);
   TriangleMesh in_lattice;
   for (const Point& point : points_) in_lattice.positions_m.push_back(vec_cast<float>(point.p));
@@ -51,7 +51,7 @@ CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
     add_to_bins(cutter, {&place, 1});
   }
   find_empty_cubes(cutter);
-  take_room_for_frame(std::min(cutter.lattice().copies.size() / 2, kFrameSplits));
+  take_capacity_for_frame(std::min(cutter.lattice().copies.size() / 2, kFrameSplits));
 }
 
 /// Cubes beside a face of the body that holds none of it: where floats put them. Cubes that hang together
@@ -131,7 +131,7 @@ void CutSurface::add_to_bins(const LatticeCutter& cutter, std::span<const Index>
           for (const Index triangle : triangles) bins_.push_back(cube, triangle);
 }
 
-/// @returns its place; -1: there is no room
+/// @returns its place; -1: there is no capacity
 Index CutSurface::place_triangle(const Triangle& triangle) {
   if (!free_.empty()) {
     const Index place = free_.back();
@@ -139,7 +139,7 @@ Index CutSurface::place_triangle(const Triangle& triangle) {
     triangles_[index(place)] = triangle;
     return place;
   }
-  if (triangle_count() >= room_.triangles) {
+  if (triangle_count() >= capacity_.triangles) {
     is_full_ = true;
     return -1;
   }

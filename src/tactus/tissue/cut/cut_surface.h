@@ -29,13 +29,13 @@ namespace tactus::cut {
 /// the cutter's commit(), and after both update().
 class CutSurface {
  public:
-  struct Room {
+  struct Capacity {
     Index vertices = 0, triangles = 0;
   };
   /// @param anchors of the surface's vertices, in regular cubes
   /// @throws Error if the surface bounds no solid.
   CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface, std::span<const embed::Anchor> anchors,
-             Room room);
+             Capacity capacity);
 
   /// @returns per split: part[1]'s share of the parent's material, so that neither has less than kLeastFill;
   /// valid until the next call
@@ -49,11 +49,11 @@ class CutSurface {
 
   Index vertex_count() const { return static_cast<Index>(vertex_point_.size()); }
   Index triangle_count() const { return static_cast<Index>(triangles_.size()); }
-  /// More than there was room for was left out.
+  /// More than there was capacity for was left out.
   bool is_full() const { return is_full_; }
-  bool has_room(Index splits) const {
-    return triangle_count() + 150 * splits <= room_.triangles &&
-           vertex_count() + 100 * splits <= room_.vertices;
+  bool has_capacity(Index splits) const {
+    return triangle_count() + 150 * splits <= capacity_.triangles &&
+           vertex_count() + 100 * splits <= capacity_.vertices;
   }
   /// A triangle of a wall inside of the body, in lattice coordinates, and whose surface it is.
   struct NewWall {
@@ -199,9 +199,9 @@ class CutSurface {
       list_.clear();
       points_.reset(0);
     }
-    void take_room_for(std::size_t points) {
+    void take_capacity_for(std::size_t points) {
       list_.reserve(points);
-      points_.take_room_for(points, points);
+      points_.take_capacity_for(points, points);
     }
 
    private:
@@ -335,8 +335,8 @@ class CutSurface {
   void add_walls(const LatticeCutter& cutter, const Stage& s);
   void add_wall(const LatticeCutter& cutter, const Stage& s, std::size_t number, const Piece& piece);
   // cut_vertices.cpp
-  void take_room_for_frame(std::size_t splits);
-  void take_room_for_stage(std::size_t splits);
+  void take_capacity_for_frame(std::size_t splits);
+  void take_capacity_for_stage(std::size_t splits);
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   /// A corner of a triangle.
   struct Use {
@@ -376,7 +376,7 @@ class CutSurface {
                       const std::vector<Index>& part_of_node);
   void close(const LatticeCutter& cutter);
 
-  Room room_;
+  Capacity capacity_;
   std::vector<Point> points_;
   std::vector<Triangle> triangles_;
   std::vector<std::array<Index, 3>> vertices_of_;  ///< per triangle

@@ -22,16 +22,16 @@ constexpr std::array<Index, 8> kAnyNodes{-1, -1, -1, -1, -1, -1, -1, -1};
 }  // namespace
 
 /// Per cube that falls apart, as much as cubes at the surface need.
-void CutSurface::take_room_for_frame(std::size_t splits) {
+void CutSurface::take_capacity_for_frame(std::size_t splits) {
   const auto more = [&](auto& list, std::size_t of_split) {
-    take_room(list, list.size() + of_split * splits);
+    take_capacity(list, list.size() + of_split * splits);
   };
   more(triangles_, 50);
   more(vertices_of_, 50);
   more(points_, 20);
   more(parted_, 1);
-  bins_.take_room_for(0, 150 * splits);
-  vertices_at_.take_room_for(points_.size() + 20 * splits, 20 * splits);
+  bins_.take_capacity_for(0, 150 * splits);
+  vertices_at_.take_capacity_for(points_.size() + 20 * splits, 20 * splits);
   more(vertex_point_, 20);
   more(vertex_cube_, 20);
   more(next_walls_, 20);
@@ -49,39 +49,39 @@ void CutSurface::take_room_for_frame(std::size_t splits) {
   more(first_use_, 20);
   more(new_anchors_, 20);
   more(new_triangles_, 50);
-  take_room(uses_at_, points_.size() + 20 * splits);
+  take_capacity(uses_at_, points_.size() + 20 * splits);
   more(near_, 60);
   more(named_, 60);
   more(weight_changes_, 60);
   more(is_mended_, 60);
-  take_room_for_stage(splits);
+  take_capacity_for_stage(splits);
 }
 
 /// Where all cubes of a stage are at the surface, lists grow: few of them are.
-void CutSurface::take_room_for_stage(std::size_t splits) {
+void CutSurface::take_capacity_for_stage(std::size_t splits) {
   Stage& s = stage_;
-  take_room(s.splits, splits);
-  take_room(s.walls, 12 * splits);
-  take_room(s.faces, 20 * splits);
-  take_room(s.near, 20 * splits);
-  s.on_edge.take_room_for(4 * splits);
+  take_capacity(s.splits, splits);
+  take_capacity(s.walls, 12 * splits);
+  take_capacity(s.faces, 20 * splits);
+  take_capacity(s.near, 20 * splits);
+  s.on_edge.take_capacity_for(4 * splits);
   s.crossings.reserve(4 * splits);
   s.rim.reserve(4 * splits);
-  s.parents.take_room_for(4 * splits, 8 * splits);
-  s.segments.take_room_for(20 * splits, 4 * splits);
-  s.wall_segments.take_room_for(12 * splits, 4 * splits);
-  take_room(s.shares, splits);
-  take_room(s.is_sliver, splits);
-  take_room(s.empty_side, splits);
-  take_room(s.near_pieces, 20 * splits);
-  take_room(s.wall_pieces, 12 * splits);
-  take_room(next_splits_, splits);
-  take_room(new_splits_, splits);
-  take_room(at_surface_, splits);
-  take_room(dividing_, 4 * splits);
+  s.parents.take_capacity_for(4 * splits, 8 * splits);
+  s.segments.take_capacity_for(20 * splits, 4 * splits);
+  s.wall_segments.take_capacity_for(12 * splits, 4 * splits);
+  take_capacity(s.shares, splits);
+  take_capacity(s.is_sliver, splits);
+  take_capacity(s.empty_side, splits);
+  take_capacity(s.near_pieces, 20 * splits);
+  take_capacity(s.wall_pieces, 12 * splits);
+  take_capacity(next_splits_, splits);
+  take_capacity(new_splits_, splits);
+  take_capacity(at_surface_, splits);
+  take_capacity(dividing_, 4 * splits);
   divided_.resize(std::max(divided_.size(), 2 * splits));
   meetings_.resize(std::max(meetings_.size(), splits / 2));
-  for (auto& of_split : meetings_) take_room(of_split, 24);
+  for (auto& of_split : meetings_) take_capacity(of_split, 24);
 }
 
 void CutSurface::find_near_splits(const LatticeCutter& cutter,

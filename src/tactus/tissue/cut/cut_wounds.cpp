@@ -32,7 +32,7 @@ void CutWounds::update(const LatticeCutter& cutter, const CutSurface& surface, c
 }
 
 void CutWounds::add(const LatticeCutter& cutter, const CutSurface& surface, WallPiece piece) {
-  if (static_cast<Index>(pieces_.size()) >= room_) {
+  if (static_cast<Index>(pieces_.size()) >= capacity_) {
     is_full_ = true;
     return;
   }

@@ -24,17 +24,17 @@ class CutWounds {
  public:
   CutWounds() = default;
   /// @param edge_of_piece in spacings @param near_skin to which depth the skin's normal is looked up
-  CutWounds(double edge_of_piece, double near_skin, Index room)
+  CutWounds(double edge_of_piece, double near_skin, Index capacity)
       : pieces_per_spacing_(std::max(1, static_cast<int>(std::lround(1 / edge_of_piece)))),
         near_skin_(near_skin),
-        room_(room) {}
+        capacity_(capacity) {}
 
   /// After CutSurface::update. @param stroke of the new pieces
   void update(const LatticeCutter& cutter, const CutSurface& surface, const TopologyChange& change,
               Index stroke);
   const std::vector<WallPiece>& pieces() const { return pieces_; }
   bool is_near_skin(const WallPiece& piece) const { return piece.depth < near_skin_; }
-  /// More than there was room for was left out.
+  /// More than there was capacity for was left out.
   bool is_full() const { return is_full_; }
 
  private:
@@ -42,7 +42,7 @@ class CutWounds {
 
   int pieces_per_spacing_ = 1;
   double near_skin_ = 0;
-  Index room_ = 0;
+  Index capacity_ = 0;
   std::vector<WallPiece> pieces_;
   std::unordered_map<Index, std::vector<std::size_t>> of_cube_;  ///< in each regular cube
   bool is_full_ = false;

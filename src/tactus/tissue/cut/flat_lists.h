@@ -31,9 +31,9 @@ inline std::uint64_t mixed(std::uint64_t key) {
 
 /// So many cubes may fall apart in a frame before lists grow.
 inline constexpr std::size_t kFrameSplits = 512;
-/// Room for so many values, with its pages in place: a frame that fills it waits for none.
+/// Capacity for so many values, with its pages in place: a frame that fills it waits for none.
 template <class T>
-void take_room(std::vector<T>& values, std::size_t count) {
+void take_capacity(std::vector<T>& values, std::size_t count) {
   const std::size_t now = values.size();
   if (count <= now) return;
   values.resize(count);
@@ -62,7 +62,7 @@ class FlatMap {
     ++count_;
     return {&slots_[i].value, true};
   }
-  /// Its room stays.
+  /// Its capacity stays.
   void clear() {
     if (count_ > 0) std::fill(slots_.begin(), slots_.end(), Slot{});
     count_ = 0;
@@ -110,9 +110,9 @@ class Chains {
     links_.clear();
   }
   /// For more lists, and values in them.
-  void take_room_for(std::size_t lists, std::size_t values) {
-    take_room(ends_, ends_.size() + lists);
-    take_room(links_, links_.size() + values);
+  void take_capacity_for(std::size_t lists, std::size_t values) {
+    take_capacity(ends_, ends_.size() + lists);
+    take_capacity(links_, links_.size() + values);
   }
   bool empty(Index list) const { return ends_[at(list)].first < 0; }
   T& push_back(Index list, const T& value) {

@@ -52,27 +52,27 @@ LatticeCutter::LatticeCutter(CubeLattice lattice, std::vector<std::uint8_t> may_
   kept_off_.assign(lattice_.nodes.size(), Vec3f{});
   cuts_.reserve(4 * lattice_.copies.size());
   find_blocks();
-  take_room_for_frame(std::min(lattice_.copies.size() / 2, kFrameSplits));
+  take_capacity_for_frame(std::min(lattice_.copies.size() / 2, kFrameSplits));
 }
 
 /// Per cube that falls apart, as much as walls of one layer need.
-void LatticeCutter::take_room_for_frame(std::size_t splits) {
-  take_room(live_, lattice_.copies.size() / 2);
-  take_room(dirty_, 2 * splits);
-  take_room(dirty_cubes_, 2 * splits);
-  take_room(affected_, 4 * splits);
-  take_room(at_corners_, 32 * splits);
+void LatticeCutter::take_capacity_for_frame(std::size_t splits) {
+  take_capacity(live_, lattice_.copies.size() / 2);
+  take_capacity(dirty_, 2 * splits);
+  take_capacity(dirty_cubes_, 2 * splits);
+  take_capacity(affected_, 4 * splits);
+  take_capacity(at_corners_, 32 * splits);
   strip_.reserve(400);
-  take_room(hits_, first_of_cubes_.size());
-  take_room(crossed_, 2 * splits);
-  take_room(falling_, splits);
-  take_room(before_, splits);
+  take_capacity(hits_, first_of_cubes_.size());
+  take_capacity(crossed_, 2 * splits);
+  take_capacity(falling_, splits);
+  take_capacity(before_, splits);
   stages_.resize(1);
-  take_room(stages_.front(), splits);
-  take_room(found_, 4 * splits);
-  take_room(root_, 2 * splits);
-  take_room(journal_.edges, 16 * splits);
-  take_room(journal_.cubes, 2 * splits);
+  take_capacity(stages_.front(), splits);
+  take_capacity(found_, 4 * splits);
+  take_capacity(root_, 2 * splits);
+  take_capacity(journal_.edges, 16 * splits);
+  take_capacity(journal_.cubes, 2 * splits);
 }
 
 /// Regular cubes keep their nodes as long as they are whole.

@@ -57,7 +57,7 @@ struct CubeSplit {
 /// commit(). Cuts of edges stay until they take part in a split; until then nothing moves.
 class LatticeCutter {
  public:
-  /// @param lattice with room for copies, not cut yet
+  /// @param lattice with capacity for copies, not cut yet
   /// @param may_cut per regular cube; empty: all
   explicit LatticeCutter(CubeLattice lattice, std::vector<std::uint8_t> may_cut = {});
 
@@ -98,9 +98,10 @@ class LatticeCutter {
   void keep_off(std::span<const KeptOff> nodes);
   /// Which cubes fall apart by the cuts so far, in stages: a cube that falls in three is in two of them, its
   /// last part is the parent of the second. Copies are theirs from now on, nodes are not.
-  /// @param has_room whether others have room for so many copies; none: they have
-  /// @returns valid until the next call; nothing where there is no room: is_full() says so, and the cuts stay
-  std::span<const std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_room = {});
+  /// @param has_capacity whether others have capacity for so many copies; none: they have
+  /// @returns valid until the next call; nothing where there is no capacity: is_full() says so, and the cuts
+  /// stay
+  std::span<const std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_capacity = {});
   bool is_full() const { return is_full_; }
   /// Gives a stage's parts their parents' fill and mass, before the next stage parts them again. @param share
   /// per split: part[1]'s share of the parent's fill
@@ -188,7 +189,7 @@ class LatticeCutter {
   };
   Parts components(Index cube, std::uint32_t cut_edges) const;
   void find_blocks();
-  void take_room_for_frame(std::size_t splits);
+  void take_capacity_for_frame(std::size_t splits);
   void find_cubes_in(const Box3f& box, const Sweep& sweep);
   static std::uint8_t extended(std::uint32_t cut_edges, std::uint8_t low, std::uint8_t high);
   void add_copy(const CubeSplit& split, int part, std::uint8_t corners);

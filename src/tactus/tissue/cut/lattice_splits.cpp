@@ -101,7 +101,7 @@ void LatticeCutter::add_copy(const CubeSplit& split, int part, std::uint8_t own)
   lattice_.cube_nodes[at(copy)] = lattice_.cube_nodes[at(parent)];
 }
 
-/// Whether there is room for the nodes of new copies, which are in place then.
+/// Whether there is capacity for the nodes of new copies, which are in place then.
 bool LatticeCutter::fits() {
   Index copy = next_copy_, nodes = next_node_;
   before_.clear();
@@ -158,7 +158,8 @@ void LatticeCutter::replace_live(Index cube, Index first_copy, Index count) {
   live.cubes[at(live.count++)] = first_copy + 2 * count - 3;
 }
 
-std::span<const std::vector<CubeSplit>> LatticeCutter::splits(const std::function<bool(Index)>& has_room) {
+std::span<const std::vector<CubeSplit>> LatticeCutter::splits(
+    const std::function<bool(Index)>& has_capacity) {
   std::sort(dirty_.begin(), dirty_.end());
   dirty_.erase(std::unique(dirty_.begin(), dirty_.end()), dirty_.end());
   falling_.clear();
@@ -185,7 +186,7 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::splits(const std::functio
     next += 2 * (n - 1);
   }
   affected_.clear();
-  is_full_ = is_full_ || (has_room && !has_room(next - next_copy_)) || !fits();
+  is_full_ = is_full_ || (has_capacity && !has_capacity(next - next_copy_)) || !fits();
   if (is_full_) {
     for (Index copy = next_copy_; copy < next; ++copy)
       lattice_.copies[at(copy - lattice_.regular_cubes())] = {};

@@ -7,7 +7,8 @@
 
 namespace tactus::cut {
 
-/// Its first N values lie in the list itself. Where there are more, all are in an array, whose room stays.
+/// Its first N values lie in the list itself. Where there are more, all are in an array, whose capacity
+/// stays.
 template <class T, std::size_t N>
 class ShortList {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -79,7 +79,7 @@ class Flsm {
   }
 
   /// Parameters that depend on the length of a step.
-  flsm::Pace pace(const FlsmStep& step) const {
+  flsm::StepParameters pace(const FlsmStep& step) const {
     return {omega_, material_.damping_ratio, step.full_stiffness ? 1 : 0, step.substeps};
   }
   float omega_per_s() const { return omega_; }

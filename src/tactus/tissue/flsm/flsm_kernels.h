@@ -22,7 +22,7 @@ inline constexpr int kLanes = FlsmGrid::kLanes;
 // --case fig18`).
 
 /// How stiff and how damped a step of shape matching is: both depend on its length.
-struct Pace {
+struct StepParameters {
   float omega_per_s, damping_ratio;
   Index full_stiffness;  ///< 1: kappa = 1, the paper's choice
   Index substeps;        ///< that one step of shape matching covers
@@ -45,11 +45,11 @@ struct LoadNodes {
   View<double> out;  ///< 3 fields
   Index cells;
   StepTime time;
-  Pace pace;
+  StepParameters step;
   float damping_time_s = 0;
   TACTUS_HD void load() {
     time.load();
-    damping_time_s = pace.damping_time_s(pace.dt_s(time));
+    damping_time_s = step.damping_time_s(step.dt_s(time));
   }
   TACTUS_HD void operator()(Index i) const {
     const Index there = node.empty() ? i : node[i];
@@ -401,7 +401,7 @@ struct Integrate {
   View<const Index> fixed;  ///< HeldAxes
   Index cells;
   StepTime time;
-  Pace pace;
+  StepParameters step;
   float drag_per_s;
   float dt_s = 0, kick_s = 0;
   float stiffness_per_s = 0;           ///< kappa / dt
@@ -409,10 +409,10 @@ struct Integrate {
   Vec3f turn_rad{};
   TACTUS_HD void load() {
     time.load();
-    dt_s = pace.dt_s(time);
-    kick_s = time.kick_s * static_cast<float>(pace.substeps);
-    stiffness_per_s = pace.kappa(dt_s) / sqr(dt_s) * kick_s;
-    damping_time_s = pace.damping_time_s(dt_s);
+    dt_s = step.dt_s(time);
+    kick_s = time.kick_s * static_cast<float>(step.substeps);
+    stiffness_per_s = step.kappa(dt_s) / sqr(dt_s) * kick_s;
+    damping_time_s = step.damping_time_s(dt_s);
     turn_rad = time.turn_rad(damping_time_s, dt_s);
     drag = 1 / (1 + dt_s * drag_per_s);
   }

@@ -52,7 +52,8 @@ BodySolver::Part::Part(ExecContext& context, Hybrid of_layers, const BodyModel& 
   state = {to_device(ctx, held(model.lattice.rest_positions_m())), to_device(ctx, zero),
            to_device(ctx, zero)};
   stopped = to_device(ctx, std::vector<Index>{0});
-  if (tissue.window().patch.count() > 0) patch_check.emplace(ctx, tissue.window().patch.count());
+  if (tissue.window().virtual_nodes.count() > 0)
+    virtual_check.emplace(ctx, tissue.window().virtual_nodes.count());
   if (!model.lattice.copies.empty()) change.emplace(ctx, static_cast<Index>(model.lattice.copies.size()));
 }
 
@@ -82,14 +83,14 @@ BodySolver::BodySolver(DeviceSet& devices, const BodyModel& model, const Setting
     const std::vector<Vec3f> zero(lattice.nodes.size());
     body_.x_m = to_device(devices.context(0), lattice.rest_positions_m());
     body_.v_m_s = to_device(devices.context(0), zero);
-    if (!lattice.virtual_nodes.empty()) patch_.emplace(devices.context(0), lattice, slabs);
+    if (!lattice.virtual_nodes.empty()) virtual_elements_.emplace(devices.context(0), lattice, slabs);
   }
   link_neighbours();
   if (is_changed_in_cells()) keep_places(lattice);
 }
 
-BodySolver::PatchOfAll::PatchOfAll(ExecContext& ctx, const CubeLattice& lattice,
-                                   const std::vector<Slab>& slabs)
+BodySolver::VirtualElementsOfAll::VirtualElementsOfAll(ExecContext& ctx, const CubeLattice& lattice,
+                                                       const std::vector<Slab>& slabs)
     : first(lattice.regular_nodes()), motion(ctx, lattice, {first, lattice.node_count()}) {
   for (Index node = first; node < lattice.node_count(); ++node) {
     const Index z = lattice.nodes[static_cast<std::size_t>(node)].z;
@@ -101,12 +102,12 @@ BodySolver::PatchOfAll::PatchOfAll(ExecContext& ctx, const CubeLattice& lattice,
   for (Buffer<Vec3f>& from : copy) from = Buffer<Vec3f>(ctx.device(), device_owner.size());
 }
 
-/// Copies a part's nodes of the patch to `to`, those that it owns.
-void BodySolver::PatchOfAll::take(ExecContext& ctx, Index part, View<const Vec3f> x_m,
-                                  View<const Vec3f> v_m_s, BodyState& to) {
+/// Copies a part's virtual nodes to `to`, those that it owns.
+void BodySolver::VirtualElementsOfAll::take(ExecContext& ctx, Index part, View<const Vec3f> x_m,
+                                            View<const Vec3f> v_m_s, BodyState& to) {
   ctx.copy(x_m, copy[0].view());
   ctx.copy(v_m_s, copy[1].view());
-  ctx.parallel_for("hybrid/take_patch", device_owner.size(),
+  ctx.parallel_for("hybrid/take_virtual", device_owner.size(),
                    hybrid::TakeOwned{device_owner.const_view(), part, copy[0].const_view(),
                                      copy[1].const_view(), to.x_m.view().part(first, device_owner.size()),
                                      to.v_m_s.view().part(first, device_owner.size())});
@@ -139,10 +140,10 @@ void BodySolver::link_neighbours() {
     add_link(made, node_links, cell_links);
     // The patch is linked as a whole region, as a cut may add nodes to it at any time.
     const NodeWindow &from = parts_[owner]->tissue.window(), &to = parts_[holder]->tissue.window();
-    const bool is_second = owner > holder && to.places == 3 * to.patch.count();
-    made.count = from.patch.count();
-    made.first_there = from.patch.begin;
-    made.first_here = to.patch.end + (is_second ? to.patch.count() : 0);
+    const bool is_second = owner > holder && to.places == 3 * to.virtual_nodes.count();
+    made.count = from.virtual_nodes.count();
+    made.first_there = from.virtual_nodes.begin;
+    made.first_here = to.virtual_nodes.end + (is_second ? to.virtual_nodes.count() : 0);
     if (made.count > 0) add_link(made, node_links, cell_links);
   };
   for (std::size_t p = 0; p < parts_.size(); ++p) {
@@ -162,7 +163,7 @@ void BodySolver::begin_frame() {
     Part& part = *parts_[p];
     part.boundary.begin_frame(part.ctx, on_part({}, p, 0).frame);
     part.node_check.begin_frame(part.ctx);
-    if (part.patch_check) part.patch_check->begin_frame(part.ctx);
+    if (part.virtual_check) part.virtual_check->begin_frame(part.ctx);
   }
 }
 
@@ -214,7 +215,7 @@ void BodySolver::substep_in_cells(const BodyStep& step, int k, int count) {
   if (parts_.size() == 1) {
     Part& only = *parts_.front();
     const TledStep tled = elements_step(on_part(step, 0, k));
-    only.tissue.tled().move_patch(only.ctx, tled, k);
+    only.tissue.tled().move_virtual(only.ctx, tled, k);
     return only.tissue.tled().move(only.ctx, tled, k, Tled::Tiles::all);
   }
   if (k == 0) {
@@ -234,10 +235,10 @@ void BodySolver::substep_in_cells(const BodyStep& step, int k, int count) {
     part.beside.wait(part.moved);
     part.ctx.wait(part.interior_moved);
     cell_halo_->await_readers(static_cast<int>(p), cells(k + 1));
-    if (patch_) {  // its forces push nodes of the edges and of the interior
-      part.tissue.tled().move_patch(part.ctx, tled, k);
-      part.ctx.record(part.patch_moved);
-      part.beside.wait(part.patch_moved);
+    if (virtual_elements_) {  // its forces push nodes of the edges and of the interior
+      part.tissue.tled().move_virtual(part.ctx, tled, k);
+      part.ctx.record(part.virtual_moved);
+      part.beside.wait(part.virtual_moved);
     }
     part.tissue.tled().move(part.ctx, tled, k, Tled::Tiles::edges);
     part.ctx.record(part.moved);
@@ -289,7 +290,7 @@ void BodySolver::end_frame(int count) {
   for (auto& part : parts_) {
     part->motion.measure(part->ctx, part->own(part->state.x_m), part->own(part->state.v_m_s));
     part->node_check.summarise(part->ctx);
-    if (part->patch_check) part->patch_check->summarise(part->ctx);
+    if (part->virtual_check) part->virtual_check->summarise(part->ctx);
     part->ctx.record(part->moved);
   }
   if (model().has_elements()) {
@@ -306,17 +307,19 @@ void BodySolver::end_frame(int count) {
     copy(part->state.x_m, body_.x_m);
     copy(part->state.v_m_s, body_.v_m_s);
   }
-  if (patch_) {
+  if (virtual_elements_) {
     for (std::size_t p = 0; p < parts_.size(); ++p) {
-      const Slab region = parts_[p]->tissue.window().patch;
+      const Slab region = parts_[p]->tissue.window().virtual_nodes;
       const BodyState& from = parts_[p]->state;
-      patch_->take(first, static_cast<Index>(p), from.x_m.const_view().part(region.begin, region.count()),
-                   from.v_m_s.const_view().part(region.begin, region.count()), body_);
+      virtual_elements_->take(first, static_cast<Index>(p),
+                              from.x_m.const_view().part(region.begin, region.count()),
+                              from.v_m_s.const_view().part(region.begin, region.count()), body_);
     }
     const auto nodes = [&](const Buffer<Vec3f>& of) {
-      return of.const_view().part(patch_->first, static_cast<Index>(patch_->owner.size()));
+      return of.const_view().part(virtual_elements_->first,
+                                  static_cast<Index>(virtual_elements_->owner.size()));
     };
-    patch_->motion.measure(first, nodes(body_.x_m), nodes(body_.v_m_s));
+    virtual_elements_->motion.measure(first, nodes(body_.x_m), nodes(body_.v_m_s));
   }
   // The next work must not overwrite nodes that are still being copied.
   first.record(stored_);
@@ -327,12 +330,12 @@ void BodySolver::add_reports(Readback& readback) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     Part& part = *parts_[p];
     part.check_report = readback.add(part.node_check.summary(), static_cast<int>(p));
-    if (part.patch_check)
-      part.patch_check_report = readback.add(part.patch_check->summary(), static_cast<int>(p));
+    if (part.virtual_check)
+      part.virtual_check_report = readback.add(part.virtual_check->summary(), static_cast<int>(p));
     part.motion_report = readback.add(part.motion.sums(), static_cast<int>(p));
     part.extremes_report = readback.add(part.tissue.tled().extremes(), static_cast<int>(p));
   }
-  if (patch_) patch_->motion_report = readback.add(patch_->motion.sums(), 0);
+  if (virtual_elements_) virtual_elements_->motion_report = readback.add(virtual_elements_->motion.sums(), 0);
 }
 
 NodeCheckRecord BodySolver::node_check(const Readback* readback) {
@@ -342,15 +345,16 @@ NodeCheckRecord BodySolver::node_check(const Readback* readback) {
                                : to_host(part.ctx, check.summary())[0];
   };
   for (auto& part : parts_) all.add(found(*part, part->node_check, part->check_report), part->first_own());
-  // Parts share the patch's numbers: among the nodes that were bad after the same substep, the lowest comes
-  // first.
-  std::vector<NodeCheckRecord> of_patch;
+  // Parts share the virtual elements's numbers: among the nodes that were bad after the same substep, the
+  // lowest comes first.
+  std::vector<NodeCheckRecord> of_virtual;
   for (auto& part : parts_)
-    if (part->patch_check) of_patch.push_back(found(*part, *part->patch_check, part->patch_check_report));
-  std::stable_sort(of_patch.begin(), of_patch.end(), [](const NodeCheckRecord& a, const NodeCheckRecord& b) {
-    return a.bad_node < b.bad_node;
-  });
-  for (const NodeCheckRecord& record : of_patch) all.add(record, patch_->first);
+    if (part->virtual_check)
+      of_virtual.push_back(found(*part, *part->virtual_check, part->virtual_check_report));
+  std::stable_sort(
+      of_virtual.begin(), of_virtual.end(),
+      [](const NodeCheckRecord& a, const NodeCheckRecord& b) { return a.bad_node < b.bad_node; });
+  for (const NodeCheckRecord& record : of_virtual) all.add(record, virtual_elements_->first);
   return all;
 }
 
@@ -372,7 +376,8 @@ RigidMotion BodySolver::rigid_motion(const Readback* readback) {
     sums.insert(sums.end(), own.begin(), own.end());
   };
   for (auto& part : parts_) add(part->ctx, part->motion, part->motion_report);
-  if (patch_) add(devices_.context(0), patch_->motion, patch_->motion_report);
+  if (virtual_elements_)
+    add(devices_.context(0), virtual_elements_->motion, virtual_elements_->motion_report);
   return tactus::rigid_motion(sums);
 }
 
@@ -422,15 +427,15 @@ std::vector<Vec3f> BodySolver::all_of(Buffer<Vec3f> BodyState::*field) {
     const std::vector<Vec3f> some = to_host(part->ctx, part->own(part->state.*field));
     all.insert(all.end(), some.begin(), some.end());
   }
-  if (!patch_) return all;
+  if (!virtual_elements_) return all;
   const std::size_t first = all.size();
-  all.resize(first + patch_->owner.size());
+  all.resize(first + virtual_elements_->owner.size());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    const Slab region = parts_[p]->tissue.window().patch;
+    const Slab region = parts_[p]->tissue.window().virtual_nodes;
     const std::vector<Vec3f> some =
         to_host(parts_[p]->ctx, (parts_[p]->state.*field).const_view().part(region.begin, region.count()));
     for (std::size_t k = 0; k < some.size(); ++k)
-      if (patch_->owner[k] == static_cast<Index>(p)) all[first + k] = some[k];
+      if (virtual_elements_->owner[k] == static_cast<Index>(p)) all[first + k] = some[k];
   }
   return all;
 }

@@ -113,10 +113,10 @@ class BodySolver {
   int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
   /// @param x_m,v_m_s per node of the body. Synchronizes.
   void set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
-  /// A cut, between frames: its new nodes and copies take places that the body's lattice has room for. New
-  /// nodes begin where those are that they were split from, copies take over their cubes' history. No address
-  /// changes, so recordings stay valid. Synchronizes. @throws Error before anything is changed: no room, a
-  /// shape-matched cube is cut.
+  /// A cut, between frames: its new nodes and copies take places that the body's lattice has capacity for.
+  /// New nodes begin where those are that they were split from, copies take over their cubes' history. No
+  /// address changes, so recordings stay valid. Synchronizes. @throws Error before anything is changed: no
+  /// capacity, a shape-matched cube is cut.
   void apply(const TopologyChange& change);
   /// State of a body that is not cut; slabs and devices must be the same. Synchronizes.
   void archive(StateArchive& a);
@@ -135,15 +135,17 @@ class BodySolver {
       const auto cells = [&](Slab of) { return tissue.tled().cell().part(of.begin, of.count()); };
       const NodeFields fields = tissue.tled().fields(k + 1);
       node_check.check(ctx, cells(tissue.window().own), fields, k, frame, every);
-      if (patch_check) patch_check->check(ctx, cells(tissue.window().patch), fields, k, frame, every);
+      if (virtual_check)
+        virtual_check->check(ctx, cells(tissue.window().virtual_nodes), fields, k, frame, every);
     }
     void check_now(int k, View<const FrameParams> frame, int every) {
       node_check.check(ctx, tissue.own_in_use(), own(state.x_m), own(state.v_m_s), own(tissue.only_matched()),
                        k, frame, every);
-      if (!patch_check) return;
-      const Slab patch = tissue.window().patch;
-      patch_check->check(ctx, patch.count(), state.x_m.const_view().part(patch.begin, patch.count()),
-                         state.v_m_s.const_view().part(patch.begin, patch.count()), {}, k, frame, every);
+      if (!virtual_check) return;
+      const Slab virtual_nodes = tissue.window().virtual_nodes;
+      virtual_check->check(
+          ctx, virtual_nodes.count(), state.x_m.const_view().part(virtual_nodes.begin, virtual_nodes.count()),
+          state.v_m_s.const_view().part(virtual_nodes.begin, virtual_nodes.count()), {}, k, frame, every);
     }
     /// Values of the nodes that it holds, picked from those of all nodes of the body.
     std::vector<Vec3f> held(std::span<const Vec3f> of_body) const;
@@ -153,20 +155,20 @@ class BodySolver {
     Hybrid tissue;
     Boundary boundary;
     NodeCheck node_check;
-    std::optional<NodeCheck> patch_check;  ///< of several parts, where there is room for a cut
+    std::optional<NodeCheck> virtual_check;  ///< of several parts, where there is capacity for a cut
     MotionMeter motion;
     Buffer<Vec3f> spin_rad_s;  ///< one
     BodyState state;           ///< of the window
-    Event moved, patch_moved, interior_moved;
+    Event moved, virtual_moved, interior_moved;
     Buffer<Index> stopped;        ///< (1)
     std::vector<Index> cell_of;   ///< per node, where they are changed in cells
     Buffer<Index> held_in_cells;  ///< likewise, per cell
-    Readback::Place check_report, patch_check_report, motion_report, extremes_report;
-    std::optional<ChangeLists> change;  ///< where there is room for a cut
+    Readback::Place check_report, virtual_check_report, motion_report, extremes_report;
+    std::optional<ChangeLists> change;  ///< where there is capacity for a cut
   };
   /// Virtual nodes of a body on several devices, on the first.
-  struct PatchOfAll {
-    PatchOfAll(ExecContext& ctx, const CubeLattice& lattice, const std::vector<Slab>& slabs);
+  struct VirtualElementsOfAll {
+    VirtualElementsOfAll(ExecContext& ctx, const CubeLattice& lattice, const std::vector<Slab>& slabs);
     void take(ExecContext& ctx, Index part, View<const Vec3f> x_m, View<const Vec3f> v_m_s, BodyState& to);
     void apply(ExecContext& ctx, const TopologyChange& change, std::span<const std::unique_ptr<Part>> parts,
                BodyState& gathered);
@@ -194,9 +196,9 @@ class BodySolver {
   auto cells(int k) {
     return [this, k](int part) {
       Tled& tled = parts_[static_cast<std::size_t>(part)]->tissue.tled();
-      const View<float> extrapolated_m = tled.extrapolated_m(k);
+      const View<float> predicted_m = tled.predicted_m(k);
       const Index n = tled.cells();
-      return std::array{extrapolated_m.part(0, n), extrapolated_m.part(n, n), extrapolated_m.part(2 * n, n)};
+      return std::array{predicted_m.part(0, n), predicted_m.part(n, n), predicted_m.part(2 * n, n)};
     };
   }
   /// The same with velocities.
@@ -204,8 +206,8 @@ class BodySolver {
     return [this, k](int part) {
       const NodeFields f = parts_[static_cast<std::size_t>(part)]->tissue.tled().fields(k);
       const auto field = [&](const View<float>& of, Index a) { return of.part(a * f.cells, f.cells); };
-      return std::array{field(f.extrapolated_m, 0), field(f.extrapolated_m, 1), field(f.extrapolated_m, 2),
-                        field(f.v_m_s, 0),          field(f.v_m_s, 1),          field(f.v_m_s, 2)};
+      return std::array{field(f.predicted_m, 0), field(f.predicted_m, 1), field(f.predicted_m, 2),
+                        field(f.v_m_s, 0),       field(f.v_m_s, 1),       field(f.v_m_s, 2)};
     };
   }
   /// Whether nodes are in cells from the first substep to the last: there they are held along all axes or
@@ -235,8 +237,8 @@ class BodySolver {
   int changes_;
   std::array<Vec3f, 1> spin_rad_s_{};  ///< sent to the devices
   const FrameOnDevices* frame_ = nullptr;
-  BodyState body_;                   ///< x and v, of several parts
-  std::optional<PatchOfAll> patch_;  ///< likewise, where there is room for one
+  BodyState body_;                                        ///< x and v, of several parts
+  std::optional<VirtualElementsOfAll> virtual_elements_;  ///< likewise, where there is capacity for one
   Event stored_;
 };
 

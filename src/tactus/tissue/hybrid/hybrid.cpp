@@ -24,8 +24,8 @@ std::vector<std::uint8_t> element_materials(const BodyModel& model) {
   std::vector<std::uint8_t> material(lattice.cubes.size());
   for (std::size_t c = 0; c < material.size(); ++c) {
     const std::uint8_t own = material_of_cube.empty() ? std::uint8_t{0} : material_of_cube[c];
-    const bool is_room = c >= static_cast<std::size_t>(lattice.regular_cubes()) && !lattice.has_cube(c);
-    material[c] = is_element(elements, c) && !is_room ? own : Tled::kNoElement;
+    const bool is_capacity = c >= static_cast<std::size_t>(lattice.regular_cubes()) && !lattice.has_cube(c);
+    material[c] = is_element(elements, c) && !is_capacity ? own : Tled::kNoElement;
   }
   for (const CubeCopy& copy : lattice.copies) {
     if (copy.of >= 0 && material[static_cast<std::size_t>(copy.of)] == Tled::kNoElement)
@@ -161,13 +161,13 @@ Hybrid::Layout::Layout(const BodyModel& model, std::optional<Slab> own_layers, I
 
 NodeWindow Hybrid::Layout::window() const {
   const CubeLattice& nodes = part.lattice;
-  const PatchRegions places = patch_regions(nodes, own);
+  const VirtualRegions places = virtual_regions(nodes, own);
   if (places.count() == 1) return all_nodes(nodes);
   const LatticeLayers of_own = lattice_layers(nodes, own);
   return {.held = {part.first_node, part.first_node + nodes.regular_nodes()},
           .own = {of_own.first_node, of_own.first_node + of_own.lattice.node_count()},
-          .patch = places.own(),
-          .places = places.count() * places.room,
+          .virtual_nodes = places.own(),
+          .places = places.count() * places.capacity,
           .first_virtual = first_virtual};
 }
 
@@ -187,7 +187,7 @@ Hybrid::Hybrid(ExecContext& ctx, const Layout& layout, const BodyModel& model)
       has_rollers_(layout.part.lattice.has_rollers()) {
   if (layout.regions) {
     flsm_.emplace(ctx, layout.matched.lattice, *layout.regions, model.flsm);
-    if (has_elements_) beside_ = std::make_unique<SideStream>(ctx.device());
+    if (has_elements_) side_stream_ = std::make_unique<SideStream>(ctx.device());
   }
   matched_nodes_ = to_device(ctx, layout.matched_nodes);
   matched_node_ = to_device(ctx, layout.matched_node);
@@ -224,15 +224,16 @@ void Hybrid::step(ExecContext& ctx, BodyState& state, const BodyStep& step, int 
 void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const BodyStep& step, int k) {
   const bool matches = flsm_ && k % step.matching_every == 0;
   if (matches)
-    flsm_->compute_goals(beside_ ? beside_->follow(ctx) : ctx, state, matching_step(step),
+    flsm_->compute_goals(side_stream_ ? side_stream_->follow(ctx) : ctx, state, matching_step(step),
                          matched_nodes_.const_view());
   if (has_elements_) tled_.compute_forces(ctx, state, step.time());
-  if (matches && beside_) beside_->join(ctx);
+  if (matches && side_stream_) side_stream_->join(ctx);
 }
 
 void Hybrid::move(ExecContext& ctx, BodyState& state, const BodyStep& step, int k) {
   move_nodes(ctx, state, step, k, window_.own, own_in_use());
-  if (window_.patch.count() > 0) move_nodes(ctx, state, step, k, window_.patch, window_.patch.count());
+  if (window_.virtual_nodes.count() > 0)
+    move_nodes(ctx, state, step, k, window_.virtual_nodes, window_.virtual_nodes.count());
 }
 
 void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step, int k, Slab nodes,
@@ -257,7 +258,7 @@ void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step
                         .element_cells = tled_.cells(),
                         .matched_cells = goals.cells,
                         .time = step.time(),
-                        .pace = flsm_ ? flsm_->pace(matching_step(step)) : flsm::Pace{0, 0, 1, 1},
+                        .step = flsm_ ? flsm_->pace(matching_step(step)) : flsm::StepParameters{0, 0, 1, 1},
                         .drag_per_s = step.drag_per_s,
                         .elements_damping_time_s = tled_.damping_time_s(),
                         .new_goals = k % step.matching_every == 0});

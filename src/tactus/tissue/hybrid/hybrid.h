@@ -86,7 +86,7 @@ class Hybrid {
   const Buffer<Index>& only_matched() const { return only_matched_; }
   bool has_elements() const { return has_elements_; }
   /// The part of a change that concerns this device. @throws Error for a cut through shape-matched cubes, or
-  /// beyond the room for copies.
+  /// beyond the capacity for copies.
   LocalChange local(const TopologyChange& change) const;
   /// Between frames. Asynchronous.
   void apply(ExecContext& ctx, const ChangeLists& change);
@@ -115,11 +115,11 @@ class Hybrid {
   Index first_cube_, regular_cubes_, first_copy_;  ///< of the body's; of those held here; of the body
   bool has_elements_, has_rollers_;
   std::optional<Flsm> flsm_;
-  std::unique_ptr<SideStream> beside_;  ///< where shapes are matched while elements sum forces
+  std::unique_ptr<SideStream> side_stream_;  ///< where shapes are matched while elements sum forces
   Buffer<Index> matched_nodes_, matched_node_, fixed_;
   Buffer<float> matched_share_, inverse_mass_per_kg_;
   Buffer<Index> only_matched_;            ///< per node: 1: in no element
-  Buffer<float> matched_mass_kg_, held_;  ///< per node, where there is room for a cut
+  Buffer<float> matched_mass_kg_, held_;  ///< per node, where there is capacity for a cut
 };
 
 }  // namespace tactus

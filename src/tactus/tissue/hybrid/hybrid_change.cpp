@@ -7,10 +7,10 @@ namespace tactus {
 Index Hybrid::place_of(Index node, Index layer) const {
   if (window_.places == 0) return node - window_.held.begin;
   if (node < window_.first_virtual) return node - window_.held.begin;
-  const Index room = window_.patch.count();
-  const Index below = own_layers_.begin > held_layers_.begin ? room : 0;
-  const Index region = layer < own_layers_.begin ? room : layer < own_layers_.end ? 0 : room + below;
-  return window_.patch.begin + region + node - window_.first_virtual;
+  const Index capacity = window_.virtual_nodes.count();
+  const Index below = own_layers_.begin > held_layers_.begin ? capacity : 0;
+  const Index region = layer < own_layers_.begin ? capacity : layer < own_layers_.end ? 0 : capacity + below;
+  return window_.virtual_nodes.begin + region + node - window_.first_virtual;
 }
 
 LocalChange Hybrid::local(const TopologyChange& change) const {
@@ -56,7 +56,7 @@ void Hybrid::apply(ExecContext& ctx, const ChangeLists& change) {
 void BodySolver::apply(const TopologyChange& change) {
   std::vector<LocalChange> local;
   for (auto& part : parts_) {
-    if (!part->change) throw Error("a body without room for copies can't be cut");
+    if (!part->change) throw Error("a body without capacity for copies can't be cut");
     local.push_back(part->tissue.local(change));
   }
   for (std::size_t p = 0; p < parts_.size(); ++p) {
@@ -75,14 +75,15 @@ void BodySolver::apply(const TopologyChange& change) {
     ctx.parallel_for("hybrid/set_masses", nodes.size(),
                      cut::SetMasses{nodes, part.tissue.window().own.begin, part.motion.mass_kg()});
   }
-  if (patch_) patch_->apply(devices_.context(0), change, parts_, body_);
+  if (virtual_elements_) virtual_elements_->apply(devices_.context(0), change, parts_, body_);
   devices_.synchronize();
 }
 
 /// On the first device, which needs masses for the body's motion, owners, and the places of new nodes: the
 /// frame's nodes were gathered before the cut.
-void BodySolver::PatchOfAll::apply(ExecContext& ctx, const TopologyChange& change,
-                                   std::span<const std::unique_ptr<Part>> parts, BodyState& gathered) {
+void BodySolver::VirtualElementsOfAll::apply(ExecContext& ctx, const TopologyChange& change,
+                                             std::span<const std::unique_ptr<Part>> parts,
+                                             BodyState& gathered) {
   LocalChange nodes;
   for (const TopologyChange::Node& n : change.nodes) {
     if (n.node < first) continue;

@@ -27,7 +27,7 @@ struct Integrate {
   View<const Index> only_matched;
   Index element_cells, matched_cells;
   StepTime time;
-  flsm::Pace pace;
+  flsm::StepParameters step;
   float drag_per_s, elements_damping_time_s;
   bool new_goals;
   float dt_matched_s = 0, kick_matched_s = 0;
@@ -37,10 +37,10 @@ struct Integrate {
   Vec3f elements_turn_rad{}, matched_turn_rad{};
   TACTUS_HD void load() {
     time.load();
-    dt_matched_s = pace.dt_s(time);
-    kick_matched_s = time.kick_s * static_cast<float>(pace.substeps);
-    stiffness_per_s = pace.kappa(dt_matched_s) / sqr(dt_matched_s) * kick_matched_s;
-    damping_time_s = pace.damping_time_s(dt_matched_s);
+    dt_matched_s = step.dt_s(time);
+    kick_matched_s = time.kick_s * static_cast<float>(step.substeps);
+    stiffness_per_s = step.kappa(dt_matched_s) / sqr(dt_matched_s) * kick_matched_s;
+    damping_time_s = step.damping_time_s(dt_matched_s);
     elements_turn_rad = time.turn_rad(elements_damping_time_s, time.dt_s);
     matched_turn_rad = time.turn_rad(damping_time_s, dt_matched_s);
     drag = 1 / (1 + time.dt_s * drag_per_s);
@@ -76,7 +76,7 @@ struct Integrate {
   }
 };
 
-/// Nodes of the patch that a part owns.
+/// Nodes of the virtual elements that a part owns.
 struct TakeOwned {
   View<const Index> owner;
   Index part;

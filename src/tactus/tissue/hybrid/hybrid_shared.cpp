@@ -54,7 +54,7 @@ void BodySolver::changed_substep_in_cells(const BodyStep& step, int k) {
     Part& part = *parts_[static_cast<std::size_t>(p)];
     const TledStep tled = elements_step(on_part(step, static_cast<std::size_t>(p), k));
     changed_cell_halo_->await_readers(p, cell_nodes(k + 1));
-    part.tissue.tled().move_patch(part.ctx, tled, k);
+    part.tissue.tled().move_virtual(part.ctx, tled, k);
     part.tissue.tled().move(part.ctx, tled, k, Tled::Tiles::all);
     changed_cell_halo_->begin(p, cell_nodes(k + 1));
   }

@@ -90,7 +90,7 @@ struct ElementForces {
     /// Per node: force of the row of columns before it, for odd and even layers: while one is read, the next
     /// is written.
     float from_before[2][3][kThreads];
-    typename Sink::Moment now;
+    typename Sink::StepParameters now;
     Index column[kThreads];                 ///< cell of each column in the lowest layer, on a GPU
     std::uint32_t active[kMostLayers + 1];  ///< the tile's masks
   };
@@ -290,7 +290,7 @@ struct ElementForces {
           const int i = g * kLanes + t, before = max(i - row, 0);
           for (int a = 0; a < 3; ++a) f[a][i] += from_before[a][before];
         });
-    const typename Sink::Moment now = s.now;
+    const typename Sink::StepParameters now = s.now;
     b.template for_own_groups<kLanes>(
         groups, [&](int g) { return g >= tile.groups; },
         [&](int g, int t) {

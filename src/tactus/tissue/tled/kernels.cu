@@ -1,5 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
-#include "tactus/tissue/tled/patch_kernels.h"
+#include "tactus/tissue/tled/virtual_element_kernels.h"
 
 namespace tactus::tled {
 template <class Law, class Tiles>
@@ -41,6 +41,6 @@ TACTUS_CUDA_KERNEL(tactus::tled::FindCopyCells);
 TACTUS_CUDA_KERNEL(tactus::tled::KeyCorners);
 TACTUS_CUDA_KERNEL(tactus::tled::FlagFirstCorners);
 TACTUS_CUDA_KERNEL(tactus::tled::KeepExternal);
-TACTUS_CUDA_KERNEL(tactus::tled::MovePatchNodes);
-TACTUS_CUDA_KERNEL(tactus::tled::AddPatchForces);
+TACTUS_CUDA_KERNEL(tactus::tled::MoveVirtualNodes);
+TACTUS_CUDA_KERNEL(tactus::tled::AddVirtualForces);
 TACTUS_CUDA_KERNEL(tactus::tled::FindCopyExtremes);

@@ -13,8 +13,8 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Tiles with the same nodes along x: those of one segment of rows. Where fewer nodes are left, there is room
-/// for more rows.
+/// Tiles with the same nodes along x: those of one segment of rows. Where fewer nodes are left, there is
+/// capacity for more rows.
 struct TileColumn {
   Index begin_x = 0;  ///< first own node
   Index shares = 0;   ///< Tile's

@@ -200,7 +200,7 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   kinds_ = to_device(ctx, kinds.stiffness);
   if (!ctx.device().is_cuda()) stiffness_ = to_device(ctx, kinds.fields());
   const std::vector<float> zero(3 * static_cast<std::size_t>(grid_.cells));
-  for (Buffer<float>* fields : {&extrapolated_m_[0], &extrapolated_m_[1], &v_m_s_, &external_m_s2_, &f_N_})
+  for (Buffer<float>* fields : {&predicted_m_[0], &predicted_m_[1], &v_m_s_, &external_m_s2_, &f_N_})
     *fields = to_device(ctx, zero);
   for (Buffer<float>& history : history_Pa_) {
     if (relaxes())
@@ -217,7 +217,7 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
     materials_.assign(materials.begin(), materials.end());
     material_ = std::move(material);
   }
-  make_patch(ctx, lattice, of_copies, own_layers, plan.first_virtual_cell);
+  make_virtual(ctx, lattice, of_copies, own_layers, plan.first_virtual_cell);
 }
 
 /// Where a device has all of a body, virtual nodes that are not in use come last.
@@ -229,20 +229,21 @@ Index Tled::used_nodes(const CubeLattice& lattice, Slab own_layers) {
   return used;
 }
 
-void Tled::make_patch(ExecContext& ctx, const CubeLattice& lattice,
-                      std::span<const tled::Stiffness> stiffness, Slab own_layers, Index first_virtual_cell) {
+void Tled::make_virtual(ExecContext& ctx, const CubeLattice& lattice,
+                        std::span<const tled::Stiffness> stiffness, Slab own_layers,
+                        Index first_virtual_cell) {
   std::vector<embed::CubeNodes> copies(stiffness.size());
   for (std::size_t k = 0; k < copies.size(); ++k) {
     const auto& nodes = lattice.cube_nodes[static_cast<std::size_t>(lattice.regular_cubes()) + k];
     std::copy(nodes.begin(), nodes.end(), copies[k].node);
   }
   const LatticeLayers own = lattice_layers(lattice, own_layers);
-  const Slab of_patch = patch_regions(lattice, own_layers).own();
-  patch_ =
-      tled::Patch(ctx, copies, stiffness, cell_.const_view(),
-                  {own.first_node, own.first_node + own.lattice.node_count(), of_patch.begin, of_patch.end},
-                  used_nodes(lattice, own_layers), first_virtual_cell,
-                  relaxes() ? tled::RelaxingCube<NeoHookean>::kFields : 0);
+  const Slab of_virtual = virtual_regions(lattice, own_layers).own();
+  virtual_elements_ = tled::VirtualElements(
+      ctx, copies, stiffness, cell_.const_view(),
+      {own.first_node, own.first_node + own.lattice.node_count(), of_virtual.begin, of_virtual.end},
+      used_nodes(lattice, own_layers), first_virtual_cell,
+      relaxes() ? tled::RelaxingCube<NeoHookean>::kFields : 0);
 }
 
 tled::Stiffness Tled::copy_stiffness(Index of_cube, float fill) const {
@@ -258,9 +259,9 @@ void Tled::apply(ExecContext& ctx, const ChangeLists& change) {
                                   .cube_cell = cube_cell_.const_view(),
                                   .of_cells = kinds(),
                                   .history_Pa = history_Pa_[0].const_view(),
-                                  .nodes = patch_.copies(),
-                                  .stiffness = patch_.stiffness(),
-                                  .patch_history_Pa = patch_.history(),
+                                  .nodes = virtual_elements_.copies(),
+                                  .stiffness = virtual_elements_.stiffness(),
+                                  .virtual_history_Pa = virtual_elements_.history(),
                                   .cells = grid_.cells});
   ctx.parallel_for("tled/clear_cubes", change.cubes.size(),
                    cut::ClearCubes{.cubes = change.cubes,
@@ -268,12 +269,12 @@ void Tled::apply(ExecContext& ctx, const ChangeLists& change) {
                                    .kind = kind_.view(),
                                    .stiffness_fields = stiffness_.view(),
                                    .history_Pa = history_Pa_[0].view(),
-                                   .patch_history_Pa = patch_.history(),
-                                   .of_copies = patch_.stiffness(),
+                                   .virtual_history_Pa = virtual_elements_.history(),
+                                   .of_copies = virtual_elements_.stiffness(),
                                    .cells = grid_.cells});
   ctx.parallel_for("tled/set_masses", change.nodes.size(),
                    cut::SetCellMasses{change.nodes, cell_.const_view(), inverse_mass_per_kg_.view()});
-  patch_.rebuild(ctx, change.copies_end, change.nodes_end);
+  virtual_elements_.rebuild(ctx, change.copies_end, change.nodes_end);
 }
 
 template <class Cube, class Sink>
@@ -284,7 +285,7 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
   const auto launch = [&]<class Shape>(Shape, const typename Shape::Stiffnesses& stiffness) {
     using Kernel = tled::ElementForces<Cube, Shape, Sink>;
     ctx.parallel_for("tled/element_forces", tiles.size(),
-                     Kernel{tiles, active_.const_view(), extrapolated_m(k), stiffness, grid_, cube, sink});
+                     Kernel{tiles, active_.const_view(), predicted_m(k), stiffness, grid_, cube, sink});
   };
   if (ctx.device().is_cuda())
     launch(tled::TilesOnGpu{}, kinds());
@@ -295,23 +296,22 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time) {
   ctx.parallel_for("tled/load_positions", nodes_in_use(), load_positions(state));
   sum_forces(ctx, Tiles::all, 0, time, tled::StoreForces{f_N_.view(), grid_.cells});
-  find_patch_forces(ctx, 0, time);
-  if (patch_.has_room()) patch_.add_to(ctx, f_N_.view(), grid_.cells);
+  find_virtual_forces(ctx, 0, time);
+  if (virtual_elements_.has_capacity()) virtual_elements_.add_to(ctx, f_N_.view(), grid_.cells);
   if (time.dt_s > 0 || !time.frame.empty()) keep_history(ctx, 1);
 }
 
 tled::LoadPositions Tled::load_positions(const BodyState& state) {
-  return {
-      state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(), extrapolated_m(0), grid_.cells,
-      damping_time_s_};
+  return {state.x_m.const_view(), state.v_m_s.const_view(), cell_.const_view(), predicted_m(0), grid_.cells,
+          damping_time_s_};
 }
 
 void Tled::load(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for(
       "tled/load", node_count(),
       tled::LoadNodes{load_positions(state), state.f_ext_N.const_view(), inverse_mass_per_kg_.const_view(),
-                      extrapolated_m(1), v_m_s_.view(), external_m_s2_.view()});
-  if (patch_.has_room()) patch_.load(ctx, external_m_s2_.const_view(), grid_.cells);
+                      predicted_m(1), v_m_s_.view(), external_m_s2_.view()});
+  if (virtual_elements_.has_capacity()) virtual_elements_.load(ctx, external_m_s2_.const_view(), grid_.cells);
 }
 
 template <class F>
@@ -348,17 +348,18 @@ void Tled::sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time
             [&](const auto& cube) { launch_forces(ctx, which, k, cube, sink); });
 }
 
-void Tled::find_patch_forces(ExecContext& ctx, int k, const StepTime& time) {
-  if (!patch_.has_room()) return;
-  with_cube(time, patch_.history_before(k), patch_.history_after(k), patch_.room(),
-            [&](const auto& cube) { patch_.find_forces(ctx, cube, extrapolated_m(k), grid_.cells); });
+void Tled::find_virtual_forces(ExecContext& ctx, int k, const StepTime& time) {
+  if (!virtual_elements_.has_capacity()) return;
+  with_cube(time, virtual_elements_.history_before(k), virtual_elements_.history_after(k),
+            virtual_elements_.capacity(),
+            [&](const auto& cube) { virtual_elements_.find_forces(ctx, cube, predicted_m(k), grid_.cells); });
 }
 
 void Tled::keep_history(ExecContext& ctx, int count, View<const FrameParams> frame) {
   if (relaxes() && (count % 2 == 1 || !frame.empty()))
     ctx.parallel_for("tled/keep_history", history_Pa_[0].size(),
                      tled::KeepHistory{history_Pa_[1].const_view(), history_Pa_[0].view(), {count, frame}});
-  if (relaxes() && patch_.has_room()) patch_.keep_history(ctx, {count, frame});
+  if (relaxes() && virtual_elements_.has_capacity()) virtual_elements_.keep_history(ctx, {count, frame});
 }
 
 void Tled::check_step(float dt_s) const {
@@ -378,28 +379,28 @@ void Tled::step(ExecContext& ctx, BodyState& state, const TledStep& step, int co
                 std::to_string(node_count()));
   load(ctx, state);
   for (int k = 0; k < count; ++k) {
-    move_patch(ctx, step, k);
+    move_virtual(ctx, step, k);
     move(ctx, step, k, Tiles::all);
   }
   store(ctx, state, count);
 }
 
 tled::MoveNodes Tled::move_nodes(const TledStep& step, int k) {
-  return {.extrapolated_m = extrapolated_m(k),
+  return {.predicted_m = predicted_m(k),
           .external_m_s2 = external_m_s2_.const_view(),
           .inverse_mass_per_kg = inverse_mass_per_kg_.const_view(),
           .v_m_s = v_m_s_.view(),
-          .next_extrapolated_m = extrapolated_m(k + 1),
+          .next_predicted_m = predicted_m(k + 1),
           .cells = grid_.cells,
           .time = step.time(),
           .drag_per_s = step.drag_per_s,
           .damping_time_s = damping_time_s_};
 }
 
-void Tled::move_patch(ExecContext& ctx, const TledStep& step, int k) {
-  if (!patch_.has_room()) return;
-  find_patch_forces(ctx, k, step.time());
-  patch_.move(ctx, move_nodes(step, k), external_m_s2_.view());
+void Tled::move_virtual(ExecContext& ctx, const TledStep& step, int k) {
+  if (!virtual_elements_.has_capacity()) return;
+  find_virtual_forces(ctx, k, step.time());
+  virtual_elements_.move(ctx, move_nodes(step, k), external_m_s2_.view());
 }
 
 void Tled::move(ExecContext& ctx, const TledStep& step, int k, Tiles which) {
@@ -408,8 +409,8 @@ void Tled::move(ExecContext& ctx, const TledStep& step, int k, Tiles which) {
 
 void Tled::store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame) {
   ctx.parallel_for("tled/store", node_count(),
-                   tled::StoreNodes{extrapolated_m(0),
-                                    extrapolated_m(1),
+                   tled::StoreNodes{predicted_m(0),
+                                    predicted_m(1),
                                     {count, frame},
                                     v_m_s_.const_view(),
                                     cell_.const_view(),
@@ -427,10 +428,10 @@ void Tled::find_extremes(ExecContext& ctx, const BodyState& state) {
   ctx.parallel_for(
       "tled/extremes", tiled,
       tled::FindExtremes{cube_cell_.const_view().part(own_cubes_.begin, own_cubes_.count()),
-                         extrapolated_m_[0].const_view(), kinds(), extremes_.view(), grid_, gradient});
-  patch_.find_extremes(ctx, extrapolated_m_[0].const_view(), grid_.cells,
-                       cube_cell_.size() - own_cubes_.begin, gradient,
-                       extremes_.view().part(tiled, extremes_.size() - tiled));
+                         predicted_m_[0].const_view(), kinds(), extremes_.view(), grid_, gradient});
+  virtual_elements_.find_extremes(ctx, predicted_m_[0].const_view(), grid_.cells,
+                                  cube_cell_.size() - own_cubes_.begin, gradient,
+                                  extremes_.view().part(tiled, extremes_.size() - tiled));
   ctx.parallel_for("tled/worst_extremes", 1, SummariseExtremes{extremes_.const_view(), worst_.view()});
 }
 

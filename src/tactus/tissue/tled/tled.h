@@ -8,8 +8,8 @@
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/tled/elastic_material.h"
-#include "tactus/tissue/tled/patch.h"
 #include "tactus/tissue/tled/tled_kernels.h"
+#include "tactus/tissue/tled/virtual_elements.h"
 #include "tactus/tissue/topology_on_device.h"
 
 namespace tactus {
@@ -29,7 +29,7 @@ struct TledStep {
 
 /// Solver of one body, or of the part of it that is made of elements, or of some layers of it, on one device.
 /// Between two steps, callers may change x and v (contact does). Regular cubes are in dense tiles, copies of
-/// cut ones in a patch.
+/// cut ones in virtual elements.
 class Tled {
  public:
   static constexpr std::uint8_t kNoElement = 255;
@@ -53,22 +53,22 @@ class Tled {
   void step(ExecContext& ctx, BodyState& state, const TledStep& step, int count = 1);
 
   /// Substeps in pieces, for a solver that exchanges nodes with other devices: load once; then for k = 0, 1,
-  /// .. move the patch, then the edges and the interior, in any order or at once, each node's neighbours
-  /// having been moved by k - 1; store after `count` moves. Between, nodes are in cells only.
+  /// .. move the virtual elements, then the edges and the interior, in any order or at once, each node's
+  /// neighbours having been moved by k - 1; store after `count` moves. Between, nodes are in cells only.
   enum class Tiles : std::uint8_t {
     all,
     edges,     ///< own nodes that other devices read
     interior,  ///< those that depend on no other device's
   };
   void load(ExecContext& ctx, const BodyState& state);
-  void move_patch(ExecContext& ctx, const TledStep& step, int k);
+  void move_virtual(ExecContext& ctx, const TledStep& step, int k);
   void move(ExecContext& ctx, const TledStep& step, int k, Tiles which);
   /// @param frame when given, it says how many moves there were
   void store(ExecContext& ctx, BodyState& state, int count, View<const FrameParams> frame = {});
   /// Where move(k) finds positions ahead [m]: three fields over cells.
-  View<float> extrapolated_m(int k) { return extrapolated_m_[static_cast<std::size_t>(k % 2)].view(); }
+  View<float> predicted_m(int k) { return predicted_m_[static_cast<std::size_t>(k % 2)].view(); }
   /// Nodes before move(k).
-  NodeFields fields(int k) { return {extrapolated_m(k), v_m_s_.view(), grid_.cells, damping_time_s_}; }
+  NodeFields fields(int k) { return {predicted_m(k), v_m_s_.view(), grid_.cells, damping_time_s_}; }
 
   /// The step that step() accepts. Until measure_stable_step it is guaranteed: no smaller lattice of these
   /// materials and no deformation up to the monitor's margin has a smaller critical step than min h sqrt(rho
@@ -92,8 +92,10 @@ class Tled {
   float damping_time_s() const { return damping_time_s_; }
 
   Index node_count() const { return cell_.size(); }
-  /// Nodes up to the last one that is in use, of those that there is room for.
-  Count nodes_in_use() const { return patch_.has_room() ? patch_.nodes_in_use() : node_count(); }
+  /// Nodes up to the last one that is in use, of those that there is capacity for.
+  Count nodes_in_use() const {
+    return virtual_elements_.has_capacity() ? virtual_elements_.nodes_in_use() : node_count();
+  }
   /// Forces of the last compute_forces, on the host. Synchronizes.
   std::vector<Vec3f> forces_N(ExecContext& ctx) const;
 
@@ -106,7 +108,7 @@ class Tled {
   void archive(ExecContext& ctx, StateArchive& a) {
     if (!relaxes()) return;
     a.buffer(ctx, "stresses that relax", history_Pa_[0]);
-    if (patch_.has_room()) patch_.archive(ctx, a);
+    if (virtual_elements_.has_capacity()) virtual_elements_.archive(ctx, a);
   }
 
   /// Replaces cubes by copies, between frames. Recordings stay valid. Asynchronous.
@@ -119,12 +121,12 @@ class Tled {
   /// field
   template <class F>
   void with_cube(const StepTime& time, View<const float> before, View<float> after, Index stride, F&& use);
-  /// Forces of the copies in the patch.
-  void find_patch_forces(ExecContext& ctx, int k, const StepTime& time);
+  /// Forces of the copies in the virtual elements.
+  void find_virtual_forces(ExecContext& ctx, int k, const StepTime& time);
   tled::MoveNodes move_nodes(const TledStep& step, int k);
   static Index used_nodes(const CubeLattice& lattice, Slab own_layers);
-  void make_patch(ExecContext& ctx, const CubeLattice& lattice, std::span<const tled::Stiffness> stiffness,
-                  Slab own_layers, Index first_virtual_cell);
+  void make_virtual(ExecContext& ctx, const CubeLattice& lattice, std::span<const tled::Stiffness> stiffness,
+                    Slab own_layers, Index first_virtual_cell);
   /// Reads the positions that move k - 1 left.
   template <class Sink>
   void sum_forces(ExecContext& ctx, Tiles which, int k, const StepTime& time, const Sink& sink);
@@ -150,11 +152,11 @@ class Tled {
   Buffer<tled::Stiffness> kinds_;
   Buffer<float> stiffness_;                                          ///< fields of the same, on a CPU
   Buffer<float> inverse_mass_per_kg_, f_N_, v_m_s_, external_m_s2_;  ///< over cells
-  std::array<Buffer<float>, 2> extrapolated_m_;  ///< a step reads one and writes the other
+  std::array<Buffer<float>, 2> predicted_m_;  ///< a step reads one and writes the other
   std::array<Buffer<float>, 2>
       history_Pa_;  ///< the same, where stresses relax; between steps the first holds
-  tled::Patch patch_;
-  std::vector<ElasticMaterial> materials_;  ///< where there is room for copies
+  tled::VirtualElements virtual_elements_;
+  std::vector<ElasticMaterial> materials_;  ///< where there is capacity for copies
   std::vector<std::uint8_t> material_;      ///< likewise, per cube
 };
 

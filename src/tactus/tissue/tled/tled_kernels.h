@@ -12,11 +12,11 @@ namespace tactus::tled {
 struct LoadPositions {
   View<const Vec3f> x_m, v_m_s;
   View<const Index> cell;
-  View<float> extrapolated_m;  ///< out, 3 fields
+  View<float> predicted_m;  ///< out, 3 fields
   Index cells;
   float damping_time_s;
   TACTUS_HD void operator()(Index i) const {
-    store_vector(extrapolated_m, cells, cell[i], x_m[i] + damping_time_s * v_m_s[i]);
+    store_vector(predicted_m, cells, cell[i], x_m[i] + damping_time_s * v_m_s[i]);
   }
 };
 
@@ -25,12 +25,12 @@ struct LoadNodes {
   LoadPositions positions;
   View<const Vec3f> f_ext_N;
   View<const float> inverse_mass_per_kg;  ///< over cells
-  View<float> other_extrapolated_m, v_m_s,
+  View<float> other_predicted_m, v_m_s,
       external_m_s2;  ///< out, 3 fields each; nodes without elements stay in both
   TACTUS_HD void operator()(Index i) const {
     positions(i);
     const Index d = positions.cell[i], cells = positions.cells;
-    store_vector(other_extrapolated_m, cells, d, vector_at(positions.extrapolated_m, cells, d));
+    store_vector(other_predicted_m, cells, d, vector_at(positions.predicted_m, cells, d));
     store_vector(v_m_s, cells, d, positions.v_m_s[i]);
     store_vector(external_m_s2, cells, d, inverse_mass_per_kg[d] * f_ext_N[i]);
   }
@@ -82,31 +82,33 @@ struct KeepHistory {
 struct StoreForces {
   View<float> f_N;  ///< 3 fields
   Index cells;
-  struct Moment {};
-  TACTUS_HD static Moment moment() { return {}; }
+  struct StepParameters {};
+  TACTUS_HD static StepParameters moment() { return {}; }
   struct Node {};
   TACTUS_HD static Node read(Index) { return {}; }
-  TACTUS_HD void operator()(Index cell, Vec3f f, Node, Moment) const { store_vector(f_N, cells, cell, f); }
+  TACTUS_HD void operator()(Index cell, Vec3f f, Node, StepParameters) const {
+    store_vector(f_N, cells, cell, f);
+  }
 };
 
 /// Or they move their nodes at once. [P 7] in velocity form: v+ = v + dt (f_int + f_ext)/m + dt g, x+ = x +
 /// dt v+ [ours: free flight drifts 1000 times less in float32 than with u+, u, u-], which for p = x + b v is
 /// p+ = p + dt v+ + b (v+ - v). Fixed nodes stay where they are.
 struct MoveNodes {
-  View<const float> extrapolated_m, external_m_s2,
-      inverse_mass_per_kg;                 ///< 3, 3, 1 fields; mass 0: fixed, or no node
-  View<float> v_m_s, next_extrapolated_m;  ///< 3 fields each
+  View<const float> predicted_m, external_m_s2,
+      inverse_mass_per_kg;              ///< 3, 3, 1 fields; mass 0: fixed, or no node
+  View<float> v_m_s, next_predicted_m;  ///< 3 fields each
   Index cells;
   StepTime time;
   float drag_per_s, damping_time_s;
   /// Values that are the same for all nodes: blocks share them, which frees registers.
-  struct Moment {
+  struct StepParameters {
     float dt_s, kick_s;
     float drag;  ///< share of the velocity that drag leaves
     Vec3f gravity_m_s2;
     Vec3f turn_rad;  ///< of the body in damping_time
   };
-  TACTUS_HD Moment moment() const {
+  TACTUS_HD StepParameters moment() const {
     StepTime t = time;
     t.load();
     return {t.dt_s, t.kick_s, 1 / (1 + t.dt_s * drag_per_s), t.gravity_m_s2,
@@ -114,20 +116,20 @@ struct MoveNodes {
   }
   struct Node {
     float inverse_mass_per_kg;
-    Vec3f v_m_s, external_m_s2, extrapolated_m;
+    Vec3f v_m_s, external_m_s2, predicted_m;
   };
   TACTUS_HD Node read(Index cell) const {
     return {inverse_mass_per_kg.constant(cell), vector_at(v_m_s, cells, cell),
-            constant_vector_at(external_m_s2, cells, cell), constant_vector_at(extrapolated_m, cells, cell)};
+            constant_vector_at(external_m_s2, cells, cell), constant_vector_at(predicted_m, cells, cell)};
   }
-  TACTUS_HD void operator()(Index cell, Vec3f f, const Node& node, const Moment& now) const {
+  TACTUS_HD void operator()(Index cell, Vec3f f, const Node& node, const StepParameters& now) const {
     const float w = node.inverse_mass_per_kg;
     const Vec3f v = node.v_m_s, f_now = turned_back(f, now.turn_rad);
     const Vec3f a = fused_add(now.gravity_m_s2 + node.external_m_s2, w, f_now);
     const Vec3f next = w > 0 && now.dt_s != 0 ? now.drag * fused_add(v, now.kick_s, a) : Vec3f{};
     store_vector(v_m_s, cells, cell, next);
-    store_vector(next_extrapolated_m, cells, cell,
-                 node.extrapolated_m + fused_add(damping_time_s * (next - v), now.dt_s, next));
+    store_vector(next_predicted_m, cells, cell,
+                 node.predicted_m + fused_add(damping_time_s * (next - v), now.dt_s, next));
   }
 };
 

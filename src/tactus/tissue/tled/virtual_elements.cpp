@@ -1,4 +1,4 @@
-#include "tactus/tissue/tled/patch.h"
+#include "tactus/tissue/tled/virtual_elements.h"
 
 #include <algorithm>
 #include <span>
@@ -6,9 +6,10 @@
 
 namespace tactus::tled {
 
-Patch::Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::span<const Stiffness> stiffness,
-             View<const Index> cell, const OwnNodes& own, Index used, Index first_virtual_cell,
-             Index history_fields)
+VirtualElements::VirtualElements(ExecContext& ctx, std::span<const embed::CubeNodes> copies,
+                                 std::span<const Stiffness> stiffness, View<const Index> cell,
+                                 const OwnNodes& own, Index used, Index first_virtual_cell,
+                                 Index history_fields)
     : own_(own), first_virtual_cell_(first_virtual_cell) {
   if (copies.empty()) return;
   Device& device = ctx.device();
@@ -33,20 +34,20 @@ Patch::Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::sp
   ctx.synchronize();
 }
 
-void Patch::rebuild(ExecContext& ctx, Index copies_end, Index nodes_end) {
+void VirtualElements::rebuild(ExecContext& ctx, Index copies_end, Index nodes_end) {
   use(copies_end, nodes_end);
   ctx.upload(std::span<const Index>(used_), used_on_device_.view());
   sort_corners(ctx, used_[0]);
 }
 
-void Patch::use(Index copies, Index nodes) {
+void VirtualElements::use(Index copies, Index nodes) {
   used_[0] = std::max(used_[0], copies);
   used_[1] = copy_blocks(used_[0]);
   used_[2] = std::max(used_[2], nodes);
 }
 
 /// Corners of copies behind `copies` have no node, and stay behind the others.
-void Patch::sort_corners(ExecContext& ctx, Index copies) {
+void VirtualElements::sort_corners(ExecContext& ctx, Index copies) {
   if (copies == 0) return;
   const Index corners = 8 * copies;
   ctx.parallel_for("tled/copy_cells", copies,
@@ -61,28 +62,28 @@ void Patch::sort_corners(ExecContext& ctx, Index copies) {
   ctx.compact("tled/first_corners", corners, corner_scratch_.const_view(), first_.view(), node_count_.view());
 }
 
-void Patch::load(ExecContext& ctx, View<const float> external_m_s2, Index cells) {
+void VirtualElements::load(ExecContext& ctx, View<const float> external_m_s2, Index cells) {
   ctx.parallel_for("tled/keep_push", nodes(),
                    KeepExternal{by_node(), cell_.const_view(), external_m_s2, outer_m_s2_.view(), cells});
 }
 
-void Patch::move(ExecContext& ctx, const MoveNodes& nodes_move, View<float> external_m_s2) {
-  ctx.parallel_for("tled/move_patch", nodes(),
-                   MovePatchNodes{.corners = by_node(),
-                                  .cell = cell_.const_view(),
-                                  .outer_m_s2 = outer_m_s2_.const_view(),
-                                  .external_m_s2 = external_m_s2,
-                                  .move = nodes_move,
-                                  .first_virtual_cell = first_virtual_cell_});
+void VirtualElements::move(ExecContext& ctx, const MoveNodes& nodes_move, View<float> external_m_s2) {
+  ctx.parallel_for("tled/move_virtual", nodes(),
+                   MoveVirtualNodes{.corners = by_node(),
+                                    .cell = cell_.const_view(),
+                                    .outer_m_s2 = outer_m_s2_.const_view(),
+                                    .external_m_s2 = external_m_s2,
+                                    .move = nodes_move,
+                                    .first_virtual_cell = first_virtual_cell_});
 }
 
-void Patch::add_to(ExecContext& ctx, View<float> f_N, Index cells) {
-  ctx.parallel_for("tled/add_patch", nodes(),
-                   AddPatchForces{by_node(), cell_.const_view(), f_N, cells, first_virtual_cell_});
+void VirtualElements::add_to(ExecContext& ctx, View<float> f_N, Index cells) {
+  ctx.parallel_for("tled/add_virtual", nodes(),
+                   AddVirtualForces{by_node(), cell_.const_view(), f_N, cells, first_virtual_cell_});
 }
 
-void Patch::find_extremes(ExecContext& ctx, View<const float> x_m, Index cells, Index first_cube,
-                          float gradient_per_m, View<CubeExtremes> out) {
+void VirtualElements::find_extremes(ExecContext& ctx, View<const float> x_m, Index cells, Index first_cube,
+                                    float gradient_per_m, View<CubeExtremes> out) {
   ctx.parallel_for("tled/extremes", out.size(),
                    FindCopyExtremes{.copies = copies_.const_view(),
                                     .corners = corners_.const_view(),
@@ -95,7 +96,7 @@ void Patch::find_extremes(ExecContext& ctx, View<const float> x_m, Index cells, 
                                     .gradient_per_m = gradient_per_m});
 }
 
-void Patch::keep_history(ExecContext& ctx, const MoveCount& moves) {
+void VirtualElements::keep_history(ExecContext& ctx, const MoveCount& moves) {
   ctx.parallel_for("tled/keep_history", history_Pa_[0].size(),
                    KeepHistory{history_Pa_[1].const_view(), history_Pa_[0].view(), moves});
 }

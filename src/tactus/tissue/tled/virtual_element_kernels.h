@@ -75,16 +75,16 @@ struct CopyForces {
     }
   };
   /// Without loops: g++ leaves a loop over lanes that holds two of them alone.
-  /// @param x_of(q) position of a corner @param tell(q, f) takes its force
+  /// @param x_of(q) position of a corner @param report(q, f) takes its force
   template <class X, class F>
-  TACTUS_HD TACTUS_ALWAYS_INLINE void exert(Index c, const Stiffness& of, X&& x_of, F&& tell) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE void exert(Index c, const Stiffness& of, X&& x_of, F&& report) const {
     const Layer low = Layer::of(x_of(0), x_of(1), x_of(2), x_of(3)),
                 high = Layer::of(x_of(4), x_of(5), x_of(6), x_of(7));
     const CubeModes f = cube.force({low.x + high.x, low.y + high.y, high.all - low.all, low.xy + high.xy,
                                     high.y - low.y, high.x - low.x, high.xy - low.xy},
                                    of, c);
     const auto exert_on = [&](int q, float x, float y, float z) TACTUS_ALWAYS_INLINE {
-      tell(q, z * f.z + x * (f.x + z * f.xz) + y * (f.y + z * f.yz) + (x * y) * (f.xy + z * f.xyz));
+      report(q, z * f.z + x * (f.x + z * f.xz) + y * (f.y + z * f.yz) + (x * y) * (f.xy + z * f.xyz));
     };
     exert_on(0, -1, -1, -1);
     exert_on(1, 1, -1, -1);
@@ -113,7 +113,7 @@ struct CornersOfNodes {
 };
 
 /// Virtual nodes move. Nodes that tiles move get the copies' forces as external acceleration.
-struct MovePatchNodes {
+struct MoveVirtualNodes {
   static constexpr int kGrain = 256;
   CornersOfNodes corners;
   View<const Index> cell;        ///< per node
@@ -121,7 +121,7 @@ struct MovePatchNodes {
   View<float> external_m_s2;     ///< out, 3 fields over cells
   MoveNodes move;
   Index first_virtual_cell;
-  MoveNodes::Moment now = {};
+  MoveNodes::StepParameters now = {};
   TACTUS_HD void load() { now = move.moment(); }
   TACTUS_HD void operator()(Index i) const {
     const Index c = cell[corners.node_of(i)];
@@ -145,7 +145,7 @@ struct KeepExternal {
 };
 
 /// Forces of the copies are added to those of the tiles.
-struct AddPatchForces {
+struct AddVirtualForces {
   CornersOfNodes corners;
   View<const Index> cell;
   View<float> f_N;  ///< 3 fields over cells
@@ -157,11 +157,11 @@ struct AddPatchForces {
   }
 };
 
-/// Nodes that move on this device: some regular ones, and some of the patch.
+/// Nodes that move on this device: some regular ones, and some of the virtual elements.
 struct OwnNodes {
-  Index begin = 0, end = 0, patch_begin = 0, patch_end = 0;
+  Index begin = 0, end = 0, virtual_begin = 0, virtual_end = 0;
   TACTUS_HD bool has(Index node) const {
-    return (node >= begin && node < end) || (node >= patch_begin && node < patch_end);
+    return (node >= begin && node < end) || (node >= virtual_begin && node < virtual_end);
   }
 };
 

@@ -1,24 +1,25 @@
-#include "tactus/sim/frame_savings.h"
+#include "tactus/sim/frame_quality.h"
 
 #include <algorithm>
 
 namespace tactus {
 
-const char* saving_text(Saving saving) {
-  switch (saving) {
-    case Saving::photographs:
+const char* quality_reduction_text(QualityReduction quality_reduction) {
+  switch (quality_reduction) {
+    case QualityReduction::photographs:
       return "the real surface is drawn without photographs";
-    case Saving::hull:
+    case QualityReduction::hull:
       return "the hull's voxels are twice as large";
-    case Saving::liquid:
+    case QualityReduction::liquid:
       return "the liquid's steps have half their iterations, at least three";
-    case Saving::samples:
+    case QualityReduction::samples:
       break;
   }
   return "samples of the real surface are twice as far apart";
 }
 
-/// Makes one more saving. One that is needed again within kLeastHold_s should not have been given up.
+/// Makes one more quality_reduction. One that is needed again within kLeastHold_s should not have been given
+/// up.
 void FrameBudget::save(double now_s) {
   if (now_s - given_up_s_ < kLeastHold_s) {
     hold_s_ = std::clamp(2 * hold_s_, kLeastHold_s, kMostHold_s);

@@ -1,11 +1,11 @@
 #pragma once
-/// The patch of a body: copies of cubes that were cut, beside the dense tiles.
+/// The virtual elements of a body: copies of cubes that were cut, beside the dense tiles.
 #include <array>
 #include <span>
 
 #include "tactus/compute/exec_context.h"
 #include "tactus/frame/state_archive.h"
-#include "tactus/tissue/tled/patch_kernels.h"
+#include "tactus/tissue/tled/virtual_element_kernels.h"
 
 namespace tactus::tled {
 
@@ -14,22 +14,22 @@ namespace tactus::tled {
 /// then either nodes of the tiles get them as external acceleration and virtual nodes move (move), or all get
 /// them as forces (add_to).
 ///
-/// There is room for so many copies and virtual nodes. The copies in use may change between frames: write
+/// There is capacity for so many copies and virtual nodes. The copies in use may change between frames: write
 /// them to copies() and stiffness(), then rebuild(). A recorded frame stays valid.
-class Patch {
+class VirtualElements {
  public:
-  Patch() = default;
+  VirtualElements() = default;
   /// @param cell per node: where Tled keeps it
   /// @param own nodes that move on this device @param used nodes up to the last one that is in use
   /// @param history_fields of relaxing cubes; 0: none
-  Patch(ExecContext& ctx, std::span<const embed::CubeNodes> copies, std::span<const Stiffness> stiffness,
-        View<const Index> cell, const OwnNodes& own, Index used, Index first_virtual_cell,
-        Index history_fields);
+  VirtualElements(ExecContext& ctx, std::span<const embed::CubeNodes> copies,
+                  std::span<const Stiffness> stiffness, View<const Index> cell, const OwnNodes& own,
+                  Index used, Index first_virtual_cell, Index history_fields);
 
-  /// Copies that there is room for.
-  Index room() const { return copies_.size(); }
-  bool has_room() const { return room() > 0; }
-  /// Nodes up to the last one that was ever in use: there are fewer than there is room for.
+  /// Copies that there is capacity for.
+  Index capacity() const { return copies_.size(); }
+  bool has_capacity() const { return capacity() > 0; }
+  /// Nodes up to the last one that was ever in use: there are fewer than there is capacity for.
   Count nodes_in_use() const { return {used_on_device_.const_view().part(2, 1), cell_.size()}; }
   View<embed::CubeNodes> copies() { return copies_.view(); }
   View<Stiffness> stiffness() { return stiffness_.view(); }
@@ -54,7 +54,7 @@ class Patch {
     using Kernel = CopyForces<Cube>;
     const View<const Index> used = used_on_device_.const_view();
     ctx.parallel_for(
-        "tled/copy_forces", Count(used.part(1, 1), copy_blocks(room())),
+        "tled/copy_forces", Count(used.part(1, 1), copy_blocks(capacity())),
         Kernel{corners_.const_view(), stiffness_.const_view(), x_m, f_N_.view(), used, cells, cube});
   }
   void move(ExecContext& ctx, const MoveNodes& nodes, View<float> external_m_s2);
