@@ -102,7 +102,7 @@ TEST_F(RecordingCli, WrongFilesHaveOneMessage) {
                  {"is not overwritten"});
 }
 
-/// A budget that is never reached changes no bit; one that no frame meets makes every quality_reduction, each
+/// A budget that is never reached changes no bit; one that no frame meets makes every reduction, each
 /// with a notice.
 TEST_F(RecordingCli, ABudgetSavesOnlyWhenFramesTakeLonger) {
   scene("0-11");
@@ -120,7 +120,7 @@ TEST_F(RecordingCli, ABudgetSavesOnlyWhenFramesTakeLonger) {
   EXPECT_FALSE(none.contains("budget"));
   EXPECT_EQ(tight["budget"]["quality_reductions"].back(), 2);  // hull, samples: no photographs, no liquid
   EXPECT_EQ(tight["budget"]["frames_above"], 12);
-  EXPECT_EQ(tight["notices"].size(), 3U);  // two quality_reductions, and that the budget can't be met
+  EXPECT_EQ(tight["notices"].size(), 3U);  // two reductions, and that the budget can't be met
   const std::string command = "run " + path("s.yaml") + " --view none --budget ";
   for (const std::string wrong : {"0", "-3ms", "11min", "fast", "nan"})
     expect_refused(command + wrong, 2, {"--budget '" + wrong + "'", "11ms"});

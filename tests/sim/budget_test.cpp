@@ -15,15 +15,15 @@ namespace {
 
 constexpr double kBudget_s = 0.011;
 
-/// Frames whose time is that of their quality_reductions times a load.
+/// Frames whose time is that of their reductions times a load.
 struct Plant {
-  std::vector<double> frame_s{0.009, 0.0085, 0.005, 0.0042, 0.003};  ///< by quality_reductions
+  std::vector<double> frame_s{0.009, 0.0085, 0.005, 0.0042, 0.003};  ///< by reductions
   double noise = 0;
   FrameBudget budget{kBudget_s, 4};
   std::mt19937 random{1};
   std::size_t quality_reductions = 0;
   double now_s = 0, last_s = 0;
-  std::vector<double> came_s;  ///< quality_reductions that came after one had gone
+  std::vector<double> came_s;  ///< reductions that came after one had gone
 
   void step(double load, double period_s) {
     const double u = std::uniform_real_distribution<double>(-1, 1)(random);
@@ -70,7 +70,7 @@ TEST(FrameBudget, OneSlowFrameChangesNothing) {
   EXPECT_EQ(plant.budget.frames_above(), 10);
 }
 
-/// Loads that stay near where a quality_reduction is just needed, that wander, and that jump to and fro
+/// Loads that stay near where a reduction is just needed, that wander, and that jump to and fro
 /// faster than that.
 TEST(FrameBudget, ComesAndGoesAtMostOnceASecond) {
   std::size_t came = 0;
@@ -93,7 +93,7 @@ TEST(FrameBudget, ComesAndGoesAtMostOnceASecond) {
   EXPECT_GT(came, 100U);
 }
 
-/// What a quality_reduction brought is what it would cost to give up: with little to gain, no trial and
+/// What a reduction brought is what it would cost to give up: with little to gain, no trial and
 /// error.
 TEST(FrameBudget, ASteadyLoadIsNotTriedAgainAndAgain) {
   Plant plant;

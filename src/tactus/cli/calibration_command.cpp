@@ -102,7 +102,7 @@ void add_question_flags(CLI::App& command, CalibrationOptions& options) {
   command.add_option("--image-size", options.size_px, "W,H [px], where they don't say it")->delimiter(',');
   command.add_option("--lens", options.lens,
                      "brown, fisheye or none: what coefficients mean, where they don't say it");
-  command.add_option("--format", options.format, "format of the files, where content doesn't tell");
+  command.add_option("--format", options.format, "format of the files, where content doesn't decide");
 }
 
 std::string format_list() {

@@ -317,7 +317,7 @@ void add_doctor_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "doctor",
       "What is wrong with a rig: which camera, what fault, what cures it (exit 0 well, 4 faulty, 5 "
-      "can't tell)");
+      "is not known)");
   command->add_option("rig", options->rig, "rig file, or folder of a Middlebury data set")->required();
   command->add_option("--source", options->source, "masks, videos or middlebury (default: as the rig says)");
   command->add_option("--frame", options->frame, "the frame to look at (default: the first)");

@@ -67,7 +67,7 @@ void check_words(const CLI::App& app) {
 
 void add_shared_flags(CLI::App& verb) {
   CLI::Option* loud = verb.add_flag_callback(
-      "--verbose", [] { set_log_level(LogLevel::debug); }, "tell more on standard error: a line per frame");
+      "--verbose", [] { set_log_level(LogLevel::debug); }, "say more on standard error: a line per frame");
   verb.add_flag_callback(
           "--quiet", [] { set_log_level(LogLevel::quiet); },
           "only results and errors: no warnings, no progress")

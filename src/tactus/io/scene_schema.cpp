@@ -220,10 +220,11 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
             b.cuttable);
   v.integer_or_auto({"cut_capacity", "copies of cubes that cuts may make, two or more per cube that is cut"},
                     b.cut_capacity, {"", 8, 10000000}, "a quarter of the cubes, at least 2000");
-  v.real_or_auto({"cut_energy_j_m2",
-                  "work that a new wall takes, per area: liver 164 (Gokgol et al. 2012). The score tells the "
-                  "force on the blade from it; nothing moves by that"},
-                 b.cut_energy_j_m2, positive("J/m^2", 1e6), "unknown: no force is told");
+  v.real_or_auto(
+      {"cut_energy_j_m2",
+       "work that a new wall takes, per area: liver 164 (Gokgol et al. 2012). The score reports the "
+       "force on the blade from it; nothing moves by that"},
+      b.cut_energy_j_m2, positive("J/m^2", 1e6), "unknown: no force is reported");
   v.section({"bleeding", "the walls of cuts give off `fluid`, where there is room for a particle of it"},
             [&](FieldVisitor& in) { describe_bleeding(in, b.bleeding.emplace()); });
   for (const char* key : {"cut_capacity", "cut_energy_j_m2", "bleeding"})
@@ -433,7 +434,7 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
          appender(scene.obstacles, describe_obstacle));
   v.list({"blades", "edges that follow keyframes, or real tools, and cut bodies that are `cuttable`"},
          appender(scene.blades, describe_blade));
-  v.list({"plans", "lines that blades are to follow; the score tells how far cuts are from them"},
+  v.list({"plans", "lines that blades are to follow; the score reports how far cuts are from them"},
          appender(scene.plans, describe_plan));
   v.section({"fluid", "a liquid, such as blood, that obstacles, bodies and what is real push"},
             [&](FieldVisitor& in) { describe_fluid(in, scene.fluid.emplace()); });

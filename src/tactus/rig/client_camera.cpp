@@ -102,7 +102,7 @@ class FilmedCamera final : public ClientCamera {
         size_(file.calibrated[camera].camera.width_px, file.calibrated[camera].camera.height_px) {
     const std::string& room = file.backgrounds[camera];
     if (room.empty() && background_.method != BackgroundMethod::key)
-      throw usage_error("has no 'empty_room', which silhouettes are told from");
+      throw usage_error("has no 'empty_room', which silhouettes are separated from");
     if (!room.empty()) learn(room);
     pictures_ = open_pictures(name_, {size_.width, size_.height, fps_, trigger_of(file.live.sync, device)});
   }

@@ -14,7 +14,7 @@ std::span<const RigSection> rig_sections() {
         {"workspace_m", "mapping", kRequired, "the box that is reconstructed, +Y up"},
         {"calibration", "path", "", "calibration of all cameras that name none of their own"},
         {"calibration_format", "word", "by content",
-         "a format of the table below, where content does not tell"},
+         "a format of the table below, where content does not decide"},
         {"calibration_nodes", "mapping", "the usual names", "names of the nodes of OpenCV files"},
         {"lens", "`brown`, `fisheye`, `none`", "`brown`",
          "what distortion coefficients mean where the file does not say it"},
@@ -28,7 +28,7 @@ std::span<const RigSection> rig_sections() {
          "size of the pictures. Required where the calibration does not say it, and checked where it does"},
         {"frames", "[first, last]", "all", "frames that are used, both included"},
         {"frames_per_s", "number >= 0.001 and <= 100000 1/s", "`50`", "of videos and sequences"},
-        {"background", "mapping", "", "how silhouettes are told from the empty room"},
+        {"background", "mapping", "", "how silhouettes are separated from the empty room"},
         {"depth_cameras", "list of mappings", "", "time-of-flight cameras"},
         {"live", "mapping", "", "how live cameras reach the computer that reconstructs"}}},
       {"cameras[]",
@@ -109,7 +109,7 @@ std::vector<std::string> rig_keys(const std::string& where) {
 void write_rig_reference(std::ostream& out) {
   out << "# Rig files\n\n"
          "<!-- Generated from the declaration in src/tactus/rig/rig_keys.cpp: change it there. -->\n\n"
-         "A rig file tells Tactus where the cameras stand and where their pictures lie. It is YAML;\n"
+         "A rig file says where the cameras stand and where their pictures lie. It is YAML;\n"
          "`tactus reconstruct --source masks RIG.yaml` and `--source videos RIG.yaml` read it, and scenes "
          "do.\n"
          "Its world has +Y up and metres. A relative path starts at the folder of the rig file, else at\n"

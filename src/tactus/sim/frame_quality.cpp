@@ -18,7 +18,7 @@ const char* quality_reduction_text(QualityReduction quality_reduction) {
   return "samples of the real surface are twice as far apart";
 }
 
-/// Makes one more quality_reduction. One that is needed again within kLeastHold_s should not have been given
+/// Makes one more reduction. One that is needed again within kLeastHold_s should not have been given
 /// up.
 void FrameBudget::save(double now_s) {
   if (now_s - given_up_s_ < kLeastHold_s) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Savings of frames that have too little time, and the budget that decides when they are made.
+/// Reductions of quality in frames that have too little time, and the budget that decides when they are made.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -8,33 +8,33 @@
 
 namespace tactus {
 
-/// In the order in which they are made: the quality_reduction that is missed least comes first.
+/// In the order in which they are made: the reduction that is missed least comes first.
 enum class QualityReduction : std::uint8_t {
   photographs,  ///< the real surface is drawn without them
   hull,         ///< voxels are twice as large, and the hull isn't checked
   liquid,       ///< half as many iterations a step, at least three
   samples,      ///< samples of the real surface are twice as far apart
 };
-inline constexpr std::size_t kSavings = 4;
+inline constexpr std::size_t kQualityReductions = 4;
 /// "the hull's voxels are twice as large".
 const char* quality_reduction_text(QualityReduction quality_reduction);
 
-/// Decides from the times of frames how many quality_reductions the next ones make. Knows no clock: frames
-/// are told with theirs.
+/// Decides from the times of frames how many reductions the next ones make. Knows no clock: frames
+/// come with theirs.
 ///
-/// Two frames in a row above the budget make one quality_reduction more. A quality_reduction is given up
+/// Two frames in a row above the budget make one reduction more. A reduction is given up
 /// again when the last 10 frames would all have stayed below 0.9 of the budget without it, by the time that
-/// it saved when it was made. A quality_reduction that is needed again within a second is then kept for a
-/// second, and each time this happens for twice as long, up to 8 s. So quality_reductions come and go at most
+/// it saved when it was made. A reduction that is needed again within a second is then kept for a
+/// second, and each time this happens for twice as long, up to 8 s. So reductions come and go at most
 /// once a second.
 class FrameBudget {
  public:
-  /// @param budget_s of a frame, > 0 @param quality_reductions that can be made
+  /// @param budget_s of a frame, > 0 @param reductions that can be made
   FrameBudget(double budget_s, std::size_t quality_reductions)
       : budget_s_(budget_s), gains_(quality_reductions, 1.0) {}
 
   /// @param frame_s that a frame with new images took @param now_s when it ended
-  /// @returns how many quality_reductions the coming frames make.
+  /// @returns how many reductions the coming frames make.
   std::size_t next(double frame_s, double now_s);
   double budget_s() const { return budget_s_; }
   std::int64_t frames_above() const { return frames_above_; }
@@ -45,12 +45,12 @@ class FrameBudget {
   void save(double now_s);
 
   double budget_s_;
-  std::vector<double> gains_;  ///< per quality_reduction: time of a frame without it over that with it
+  std::vector<double> gains_;  ///< per reduction: time of a frame without it over that with it
   std::size_t made_ = 0;
   std::int64_t frames_above_ = 0;
   double last_s_ = 0;       ///< time of the frame before
-  double without_s_ = 0;    ///< of frames before the last quality_reduction was made; 0: its gain is known
-  std::size_t frames_ = 0;  ///< since the number of quality_reductions changed
+  double without_s_ = 0;    ///< of frames before the last reduction was made; 0: its gain is known
+  std::size_t frames_ = 0;  ///< since the number of reductions changed
   std::array<double, kCalmFrames> recent_s_{};
   double given_up_s_ = -1e9, held_until_s_ = -1e9, hold_s_ = 0;
 };

@@ -85,9 +85,9 @@ class Simulation {
   }
   /// Where it is now. @throws usage Error for an obstacle that does not move.
   Rigidd pose(const std::string& obstacle) const { return moving_obstacles_.pose(obstacle); }
-  /// Savings that save() can make in this scene's frames, the one that is missed least first.
+  /// Reductions that reduce_quality() can make in this scene's frames, the one that is missed least first.
   std::vector<QualityReduction> quality_reductions() const;
-  /// From the next new images on, frames make these quality_reductions and no others. On a GPU, each choice
+  /// From the next new images on, frames make these reductions and no others. On a GPU, each choice
   /// is recorded in its first frame.
   void reduce_quality(std::span<const QualityReduction> quality_reductions);
   /// After the last frame: notices that came later than their frames, as those of the check of masks.
@@ -150,7 +150,7 @@ class Simulation {
   // simulation_images.cpp
   std::vector<Stage> surface_stages();
   void add_surface_stages(StageDevices touching);
-  /// The pipeline that makes the real surface with the present quality_reductions.
+  /// The pipeline that makes the real surface with the present reductions.
   const SurfacePipeline& surface() const {
     return is_reduced(QualityReduction::hull) ? *coarse_surface_ : fine_surface_;
   }
@@ -218,7 +218,7 @@ class Simulation {
   Scene scene_;
   bool is_filmed_;  ///< else there are no cameras, and nothing is reconstructed
   SurfacePipeline fine_surface_;
-  std::unique_ptr<SurfacePipeline> coarse_surface_;      ///< where quality_reductions may be made
+  std::unique_ptr<SurfacePipeline> coarse_surface_;      ///< where reductions may be made
   unsigned reductions_made_ = 0, reductions_asked_ = 0;  ///< bits
   HullCheck hull_check_;
   bool uses_depth_;

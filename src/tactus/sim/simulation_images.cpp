@@ -1,4 +1,4 @@
-// A frame's input from images, its meshes for pictures, and the quality_reductions made on demand.
+// A frame's input from images, its meshes for pictures, and the reductions made on demand.
 #include <algorithm>
 
 #include "tactus/sim/blade_mesh.h"
@@ -89,7 +89,7 @@ void Simulation::reduce_quality(std::span<const QualityReduction> quality_reduct
   }
 }
 
-/// Sets up the quality_reductions that the coming frame's stages make.
+/// Sets up the reductions that the coming frame's stages make.
 void Simulation::begin_quality() {
   if (reductions_made_ == reductions_asked_) return;
   reductions_made_ = reductions_asked_;
@@ -113,7 +113,7 @@ void Simulation::note_shown() {
 }
 
 /// Stages of the real surface: each submits the work of the fine or the coarse pipeline, as the
-/// quality_reductions say.
+/// reductions say.
 std::vector<Stage> Simulation::surface_stages() {
   const auto stages_of = [this](SurfacePipeline& surface) {
     return surface.stages([this, &surface] { surface.hull().upload(masks_, depths(*incoming_)); });

@@ -201,7 +201,7 @@ __global__ void __launch_bounds__(K::kThreads, least_blocks<K>())
 
 constexpr int kLanesThreads = 128;
 /// Blocks a multiprocessor that stride over work: each of their groups does more or less of it, and of more
-/// blocks than fit, those that end early make capacity for others (705,000 particles on an H200: 5 % of a step).
+/// blocks than fit, those that end early make way for others (705,000 particles on an H200: 5 % of a step).
 constexpr int kLanesBlocks = 16;
 
 template <class K>

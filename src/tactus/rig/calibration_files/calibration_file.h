@@ -21,7 +21,7 @@ struct CalibrationAnswers {
   std::optional<double> unit_m;        ///< metres per unit of length of the file
   std::optional<Vec2i> image_size_px;  ///< of every camera whose size the file doesn't say
   std::optional<LensModel> lens;       ///< meaning of coefficients where the file doesn't say it; none: brown
-  std::string format;                  ///< a name of the table, where content does not tell; "": by content
+  std::string format;                  ///< a name of the table, where content does not decide; "": by content
   CalibrationNodes nodes;
   /// How the asker spells the questions, for messages: flags or keys.
   std::string unit_name = "--unit-m", size_name = "--image-size", format_name = "--format";

@@ -72,7 +72,7 @@ std::vector<MiddleburyCamera> read_middlebury_cameras(const std::string& text, c
   std::string line;
   std::getline(in, line);
   int reported = -1;
-  if (std::sscanf(line.c_str(), "%d", &reported) != 1 || told < 0)
+  if (std::sscanf(line.c_str(), "%d", &reported) != 1 || reported < 0)
     throw Error(file + ":1: " + excerpt(line) + ", expected the number of cameras");
   std::vector<MiddleburyCamera> cameras;
   for (int number = 2; std::getline(in, line); ++number) {
