@@ -166,6 +166,22 @@ TEST(SceneFile, DuplicateKey) {
             "scenes/x.yaml:3: duplicate key 'name'");
 }
 
+/// The spelling from before a key got the field's term has its effect, with a warning that names the new one.
+TEST(SceneFile, OldSpellingOfAKeyStillWorks) {
+  const std::string body =
+      "source: {kind: none}\nbodies:\n  - name: a\n    shape: {kind: box, size_m: [0.1, 0.1, 0.1]}\n"
+      "    material: {model: tled}\n    cuttable: true\n";
+  testing::internal::CaptureStderr();
+  const Scene scene = parse_scene(body + "    cut_room: 321\n", "scenes/x.yaml");
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(scene.bodies.at(0).cut_capacity, 321);
+  EXPECT_NE(said.find("scenes/x.yaml:7: 'cut_room' in 'bodies[0]' is now spelt 'cut_capacity'"),
+            std::string::npos)
+      << said;
+  EXPECT_EQ(error_of(body + "    cut_room: 321\n    cut_capacity: 300\n"),
+            "scenes/x.yaml:8: duplicate key 'cut_capacity' in 'bodies[0]'");
+}
+
 TEST(SceneFile, MissingKey) {
   EXPECT_EQ(error_of("name: a\n"),
             "scenes/x.yaml:1: the scene lacks the required key 'source': what the cameras see");

@@ -39,7 +39,7 @@ struct Body {
   CubeLattice followed;  ///< by changes alone
   int frame = 0;
 
-  Body(CubeLattice whole, TriangleMesh mesh, PatchCapacity capacity)
+  Body(CubeLattice whole, TriangleMesh mesh, VirtualCapacity capacity)
       : lattice(cut_lattice(
             whole, [](Vec3i, int) { return false; }, capacity)),
         surface(std::move(mesh)),
@@ -61,7 +61,7 @@ struct Body {
   }
 };
 
-Body block(Vec3i n, float fine, PatchCapacity capacity) {
+Body block(Vec3i n, float fine, VirtualCapacity capacity) {
   return {lattice_from_box({}, n, {.spacing_m = kSpacing}), box_mesh(n, fine), capacity};
 }
 

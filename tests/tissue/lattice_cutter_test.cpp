@@ -16,7 +16,7 @@ namespace {
 constexpr float kSpacing = 0.01F;
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-CubeLattice block(Vec3i cubes, PatchCapacity capacity) {
+CubeLattice block(Vec3i cubes, VirtualCapacity capacity) {
   return cut_lattice(
       lattice_from_box({}, cubes, {.spacing_m = kSpacing}), [](Vec3i, int) { return false; }, capacity);
 }
@@ -161,7 +161,7 @@ TEST(LatticeCutter, CutsOneHalfAlone) {
 }
 
 TEST(LatticeCutter, AFullPatchKeepsTheCutForLater) {
-  for (const PatchCapacity capacity : {PatchCapacity{50, 900}, PatchCapacity{900, 50}}) {
+  for (const VirtualCapacity capacity : {VirtualCapacity{50, 900}, VirtualCapacity{900, 50}}) {
     const CubeLattice whole = block({8, 8, 8}, capacity);
     LatticeCutter cutter(whole);
     const TopologyChange none = cut(cutter, plane_x(4.5F, -1, 9, 8));

@@ -19,7 +19,7 @@ namespace {
 constexpr ElasticMaterial kMaterial{.young_Pa = 3000, .poisson = 0.4F};
 
 /// Cuts edges along x in the middle of cubes at x = `column`, from y = `bottom` up.
-CubeLattice slit(const CubeLattice& whole, Index column, Index bottom, PatchCapacity capacity = {}) {
+CubeLattice slit(const CubeLattice& whole, Index column, Index bottom, VirtualCapacity capacity = {}) {
   return cut_lattice(
       whole, [=](Vec3i p, int axis) { return axis == 0 && p.x == column && p.y >= bottom; }, capacity);
 }

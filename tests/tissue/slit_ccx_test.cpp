@@ -99,7 +99,7 @@ CubeLattice whole_block(Index cuts) {
 }
 
 /// Slit from the top in the middle of the middle column: all edges from height `bottom` on.
-CubeLattice slit_block(Index cuts, Index bottom, PatchCapacity capacity = {}) {
+CubeLattice slit_block(Index cuts, Index bottom, VirtualCapacity capacity = {}) {
   const Index column = cuts * kUnits.x / 2;
   return cut_lattice(
       whole_block(cuts), [=](Vec3i p, int axis) { return axis == 0 && p.x == column && p.y >= bottom; },
@@ -108,7 +108,7 @@ CubeLattice slit_block(Index cuts, Index bottom, PatchCapacity capacity = {}) {
 
 /// Slit by a blade from the top to `bottom_m`.
 CubeLattice blade_block(Index cuts, float bottom_m) {
-  const PatchCapacity capacity{.copies = 4000, .nodes = 8000};
+  const VirtualCapacity capacity{.copies = 4000, .nodes = 8000};
   cut::LatticeCutter cutter(cut_lattice(
       whole_block(cuts), [](Vec3i, int) { return false; }, capacity));
   const float x_m = 0.5F * kUnit_m * static_cast<float>(kUnits.x);

@@ -17,7 +17,7 @@ namespace tactus {
 namespace {
 
 constexpr ElasticMaterial kMaterial{.young_Pa = 3000, .poisson = 0.4F};
-constexpr PatchCapacity kCapacity{.copies = 500, .nodes = 700};
+constexpr VirtualCapacity kCapacity{.copies = 500, .nodes = 700};
 
 CubeLattice uncut(const CubeLattice& whole) {
   return cut_lattice(

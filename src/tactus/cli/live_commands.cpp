@@ -110,7 +110,7 @@ Beat wait_for_beat(double fps) {
   return {number, now_s() - std::max(now - static_cast<double>(number) / fps, 0.0)};
 }
 
-/// Tells of refusals once a reason.
+/// Reports refusals once a reason.
 void report_refusals(const RigClient::Status& status, RefusalCounts& reported) {
   for (std::size_t r = 0; r < reported.size(); ++r) {
     const auto why = static_cast<Refusal>(r);

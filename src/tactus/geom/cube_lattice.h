@@ -21,7 +21,7 @@ struct CubeCopy {
 };
 
 /// How many copies and virtual nodes a lattice can hold.
-struct PatchCapacity {
+struct VirtualCapacity {
   Index copies = 0, nodes = 0;
 };
 
@@ -31,7 +31,7 @@ struct PatchCapacity {
 /// along x contiguous, layers along z contiguous (a slab of layers is a range of ids). No two of them share
 /// coordinates.
 ///
-/// The patch comes behind them: copies of cubes that were cut, and virtual nodes of those copies
+/// Virtual elements come behind them: copies of cubes that were cut, and virtual nodes of those copies
 /// (geom/lattice_cut.h). They share coordinates with regular ones. Ids never change: a cube that was cut
 /// stays in the list with a fill of 0, and so do entries of the virtual elements that are not in use yet.
 struct CubeLattice {

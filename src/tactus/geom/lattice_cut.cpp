@@ -133,7 +133,7 @@ void add_copy(CubeLattice& lattice, CubeCopy copy) {
   lattice.cube_mass_kg.push_back(share * lattice.cube_mass_kg[cube]);
 }
 
-void add_capacity(CubeLattice& lattice, PatchCapacity capacity) {
+void add_capacity(CubeLattice& lattice, VirtualCapacity capacity) {
   while (static_cast<Index>(lattice.copies.size()) < capacity.copies) {
     lattice.copies.push_back({});
     lattice.cubes.push_back(lattice.cubes[0]);
@@ -150,7 +150,7 @@ void add_capacity(CubeLattice& lattice, PatchCapacity capacity) {
 
 }  // namespace
 
-CubeLattice cut_lattice(const CubeLattice& whole, const EdgeIsCut& is_cut, PatchCapacity capacity) {
+CubeLattice cut_lattice(const CubeLattice& whole, const EdgeIsCut& is_cut, VirtualCapacity capacity) {
   if (!whole.copies.empty() || !whole.virtual_nodes.empty())
     throw Error("the lattice is cut already, or has capacity for a cut: cut it once, by all edges");
   CubeLattice lattice = whole;

@@ -24,7 +24,7 @@ using EdgeIsCut = std::function<bool(Vec3i from, int axis)>;
 /// @param capacity the virtual elements has capacity for so many copies and nodes, at least for those that
 /// the cut needs
 /// @throws Error when the lattice has virtual elements already.
-CubeLattice cut_lattice(const CubeLattice& lattice, const EdgeIsCut& is_cut, PatchCapacity capacity = {});
+CubeLattice cut_lattice(const CubeLattice& lattice, const EdgeIsCut& is_cut, VirtualCapacity capacity = {});
 
 /// Extends values per regular cube to all cubes: a copy has the value of its cube, an unused entry T{}.
 template <class T>

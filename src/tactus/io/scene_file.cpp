@@ -10,6 +10,7 @@
 #include <set>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/base/printable.h"
 #include "tactus/base/read_file.h"
 #include "tactus/io/field_visitor.h"
@@ -17,6 +18,20 @@
 
 namespace tactus {
 namespace {
+
+/// Spellings of keys from before they got the field's term. They still work, with a warning.
+struct OldKey {
+  std::string_view was, name;
+};
+constexpr OldKey kOldKeys[] = {{"cut_room", "cut_capacity"}};
+
+/// The present spelling of a key.
+std::string present_key(const std::string& key) {
+  for (const OldKey& old : kOldKeys) {
+    if (old.was == key) return std::string(old.name);
+  }
+  return key;
+}
 
 /// Learns the keys of one mapping; reads nothing.
 class KeyCollector : public FieldVisitor {
@@ -208,7 +223,7 @@ class MappingReader : public FieldVisitor {
     if (!ok) fail(line_of(key), (where_.empty() ? "" : "in '" + where_ + "': ") + message);
   }
   void only_when(bool condition, const char* key, const char* when) override {
-    if (!condition && mapping_[key])
+    if (!condition && find(key))
       fail(line_of(key),
            "'" + std::string(key) + "' in '" + where_ + "' has no effect, it is for when " + when);
   }
@@ -226,14 +241,19 @@ class MappingReader : public FieldVisitor {
   std::string name_of(const Field& f) const { return "'" + path_of(f) + "'"; }
   static bool is_auto(const YAML::Node& node) { return node.IsScalar() && node.Scalar() == "auto"; }
 
-  YAML::Node find(const Field& f) const {
-    const YAML::Node& constant = mapping_;  // the other operator[] would add the key
-    return constant[f.name];
+  YAML::Node find(const Field& f) const { return find(f.name); }
+  /// By its present spelling.
+  YAML::Node find(const std::string& key) const {
+    for (const auto& entry : mapping_) {
+      if (entry.first.IsScalar() && present_key(entry.first.Scalar()) == key) return entry.second;
+    }
+    return YAML::Node(YAML::NodeType::Undefined);
   }
   /// Line of a key, or of the mapping when it isn't there.
   int line_of(const char* key) const {
     for (const auto& entry : mapping_) {
-      if (entry.first.IsScalar() && entry.first.Scalar() == key) return entry.first.Mark().line + 1;
+      if (entry.first.IsScalar() && present_key(entry.first.Scalar()) == key)
+        return entry.first.Mark().line + 1;
     }
     return line_;
   }
@@ -249,9 +269,13 @@ class MappingReader : public FieldVisitor {
     for (const auto& entry : mapping_) {
       const int line = entry.first.Mark().line + 1;
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : value_text(entry.first);
-      if (!seen.insert(key).second) fail(line, "duplicate key '" + key + "'" + place);
-      if (std::find(names.begin(), names.end(), key) == names.end())
+      const std::string present = present_key(key);
+      if (!seen.insert(present).second) fail(line, "duplicate key '" + key + "'" + place);
+      if (std::find(names.begin(), names.end(), present) == names.end())
         fail(line, "unknown key '" + key + "'" + place + suggestion(key, names));
+      if (present != key)
+        log_warning(file_ + ":" + std::to_string(line) + ": '" + key + "'" + place + " is now spelt '" +
+                    present + "'");
     }
     for (const KeyCollector::Key& key : collector.keys) {
       if (key.required && !seen.contains(key.name))

@@ -225,7 +225,7 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
        "work that a new wall takes, per area: liver 164 (Gokgol et al. 2012). The score reports the "
        "force on the blade from it; nothing moves by that"},
       b.cut_energy_j_m2, positive("J/m^2", 1e6), "unknown: no force is reported");
-  v.section({"bleeding", "the walls of cuts give off `fluid`, where there is room for a particle of it"},
+  v.section({"bleeding", "the walls of cuts give off `fluid`, where a particle of it fits"},
             [&](FieldVisitor& in) { describe_bleeding(in, b.bleeding.emplace()); });
   for (const char* key : {"cut_capacity", "cut_energy_j_m2", "bleeding"})
     v.only_when(b.cuttable, key, "'cuttable' is true");

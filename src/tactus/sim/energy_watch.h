@@ -1,5 +1,5 @@
 #pragma once
-/// Tells when bodies gain energy that nothing gave them.
+/// Reports bodies that gain energy that nothing gave them.
 #include <optional>
 #include <span>
 #include <string>

@@ -1,5 +1,5 @@
 #pragma once
-/// Tells when contact failed: the centre of mass of a body went into or through something.
+/// Reports that contact failed: the centre of mass of a body went into or through something.
 #include <functional>
 #include <map>
 #include <span>

@@ -136,7 +136,7 @@ double Simulation::settling_dt_s() const {
 }
 
 /// A piece: so many substeps. Time doesn't go on for the motions and loads of the bodies.
-void Simulation::settle_piece(int substeps, StepReport& report) {
+void Simulation::settle_interval(int substeps, StepReport& report) {
   Timings unused;
   const double dt_s = settling_dt_s();
   schedule_.run({.dt_s = static_cast<float>(dt_s),
@@ -161,7 +161,7 @@ void Simulation::settle(StepReport& report) {
   while (report.settling_substeps < most &&
          !std::all_of(all.begin(), all.end(), std::mem_fn(&Settling::is_done))) {
     const double seconds = piece * settling_dt_s();
-    settle_piece(piece, report);
+    settle_interval(piece, report);
     for (Settling& body : all) body.after_piece(ctx, piece, seconds);
     if (std::any_of(all.begin(), all.end(), std::mem_fn(&Settling::wants_shorter)))
       piece = std::max(piece / 2, least);

@@ -198,7 +198,7 @@ class Simulation {
   // settle.cpp
   void check_settles() const;
   void settle(StepReport& report);
-  void settle_piece(int substeps, StepReport& report);
+  void settle_interval(int substeps, StepReport& report);
   double settling_dt_s() const;
   void run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images);
   void collect(StepReport& report);

@@ -13,7 +13,7 @@ struct BodyState {
 };
 
 /// Nodes of a body that one device holds, and of those the ones that move there. A device that has the whole
-/// body counts its nodes as the body does, patch and all. Others have the virtual elements behind their
+/// body counts its nodes as the body does, with virtual ones. Others have the virtual elements behind their
 /// regular nodes, in regions (tissue/lattice_part.h).
 struct NodeWindow {
   Slab held;  ///< of the body
@@ -25,7 +25,7 @@ struct NodeWindow {
   bool owns(Index node) const { return node >= held.begin + own.begin && node < held.begin + own.end; }
   bool holds(Index node) const { return node >= held.begin && node < held.end; }
   Index count() const { return held.count() + places; }
-  /// Number in the body of this device's node i. One patch node may have a place in each region.
+  /// Number in the body of this device's node i. One virtual node may have a place in each region.
   Index body_node(Index i) const {
     return i < held.count() ? held.begin + i : first_virtual + (i - held.count()) % virtual_nodes.count();
   }

@@ -20,7 +20,7 @@ class GlLight {
   void draw(std::span<const GlMesh* const> casters, const PictureLayout& layout);
   /// For the shaders that know the light (kLight), and the ground's.
   void bind() const;
-  /// Tells such a program all but the eye.
+  /// Sets all uniforms of such a program but those of the eye.
   void set_uniforms(const GlProgram& program, const PictureLayout& layout) const;
 
  private:

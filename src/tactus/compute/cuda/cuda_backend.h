@@ -17,7 +17,7 @@ std::string status_text();
 /// Why the build's code can't run on a GPU that the driver lists, with its name and a remedy; "" where it
 /// can.
 std::string why_unusable(int ordinal);
-/// Tells once that loading kernels takes long because the driver compiles them. @param seconds one kernel
+/// Reports once that loading kernels takes long because the driver compiles them. @param seconds one kernel
 /// took
 void note_slow_load(double seconds);
 std::vector<DeviceInfo> list_devices();

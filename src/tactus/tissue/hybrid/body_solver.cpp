@@ -138,7 +138,7 @@ void BodySolver::link_neighbours() {
                   .first_there = first_in(owner),
                   .first_here = first_in(holder)};
     add_link(made, node_links, cell_links);
-    // The patch is linked as a whole region, as a cut may add nodes to it at any time.
+    // Virtual nodes are linked as a whole region, as a cut may add some at any time.
     const NodeWindow &from = parts_[owner]->tissue.window(), &to = parts_[holder]->tissue.window();
     const bool is_second = owner > holder && to.places == 3 * to.virtual_nodes.count();
     made.count = from.virtual_nodes.count();
