@@ -18,7 +18,7 @@ struct Benchmark {
   Rows (*run)(const std::string& devices);
 };
 /// All benchmarks, in the order in which `all` runs them. Adding one: a line here, and one in
-/// cli/bench_flags.cpp.
+/// cli/bench/bench_flags.cpp.
 const std::vector<Benchmark>& benchmarks();
 /// One more, of a program that has what it needs. Before the others are asked for.
 void add_benchmark(const Benchmark& benchmark);

@@ -1,7 +1,7 @@
 /// Substeps of bodies that are touched, beside the rows of those that nobody touches.
 #include "bench.h"
 #include "tactus/multi_device/device_replay.h"
-#include "tactus/sim/slab_points.h"
+#include "tactus/sim/body/slab_points.h"
 #include "tissue_rows.h"
 
 namespace tactus::bench {

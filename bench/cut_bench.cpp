@@ -1,8 +1,8 @@
 #include "bench.h"
 #include "tactus/base/timing.h"
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/multi_device/device_set.h"
-#include "tactus/sim/body_cut.h"
+#include "tactus/sim/body/body_cut.h"
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/hybrid/body_solver.h"
 

@@ -1,7 +1,7 @@
 #include "bandwidth.h"
 #include "bench.h"
 #include "tactus/fluid/liquid.h"
-#include "tactus/geom/neighbour_lists.h"
+#include "tactus/geom/search/neighbour_lists.h"
 #include "tactus/multi_device/device_replay.h"
 
 namespace tactus::bench {

@@ -9,7 +9,7 @@
 #include "tactus/base/timing.h"
 #include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus::bench {

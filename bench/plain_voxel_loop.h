@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "tactus/geom/camera.h"
-#include "tactus/geom/image.h"
+#include "tactus/geom/camera/camera.h"
+#include "tactus/geom/image/image.h"
 
 namespace tactus::bench {
 

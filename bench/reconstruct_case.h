@@ -7,7 +7,7 @@
 
 #include "bench.h"
 #include "tactus/reconstruct/surface_pipeline.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus::bench {
 

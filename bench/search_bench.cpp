@@ -5,7 +5,7 @@
 #include "bandwidth.h"
 #include "bench.h"
 #include "search_kernels.h"
-#include "tactus/geom/neighbour_lists.h"
+#include "tactus/geom/search/neighbour_lists.h"
 #include "tactus/multi_device/device_set.h"
 
 namespace tactus::bench {

@@ -1,6 +1,6 @@
 #pragma once
 /// What the benchmark of neighbour search runs beside the library.
-#include "tactus/geom/neighbour_visit.h"
+#include "tactus/geom/search/neighbour_visit.h"
 
 namespace tactus::bench {
 

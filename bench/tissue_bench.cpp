@@ -6,7 +6,7 @@
 #include "bench.h"
 #include "tactus/base/log.h"
 #include "tactus/base/timing.h"
-#include "tactus/io/label_file.h"
+#include "tactus/io/labels/label_file.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tissue_rows.h"
 

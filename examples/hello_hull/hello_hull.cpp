@@ -2,7 +2,7 @@
 //   cmake -S examples/hello_hull -B build-hello -DCMAKE_PREFIX_PATH=/where/tactus/is && cmake --build
 //   build-hello
 #include <tactus/reconstruct/visual_hull.h>
-#include <tactus/rig/synthetic_source.h>
+#include <tactus/rig/synthetic/synthetic_source.h>
 
 #include <cmath>
 #include <cstdio>

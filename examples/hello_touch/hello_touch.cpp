@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "tactus/io/body_assets.h"
-#include "tactus/io/mesh_file.h"
+#include "tactus/io/mesh/mesh_file.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/sim/simulation.h"
 

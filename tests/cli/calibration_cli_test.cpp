@@ -9,7 +9,7 @@
 #include "support/data_folder.h"
 #include "tactus/rig/calibrate/bundle.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
-#include "tactus/rig/camera_file.h"
+#include "tactus/rig/images/camera_file.h"
 #include "tactus/rig/rig_file.h"
 
 namespace tactus::test {

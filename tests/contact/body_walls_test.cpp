@@ -1,5 +1,5 @@
 /// A body's surface as particles of a liquid see it.
-#include "tactus/contact/body_walls.h"
+#include "tactus/contact/walls/body_walls.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "support/device_sets.h"
 #include "tactus/contact/surface_triangles.h"
-#include "tactus/geom/box_surface.h"
+#include "tactus/geom/mesh/box_surface.h"
 
 namespace tactus {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tactus/contact/contact.h"
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus::test {
 

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "contact/soft_scene.h"
-#include "tactus/geom/figures.h"
-#include "tactus/geom/polygonize.h"
+#include "tactus/geom/figures/figures.h"
+#include "tactus/geom/mesh/polygonize.h"
 
 namespace tactus {
 namespace {

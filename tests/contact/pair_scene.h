@@ -1,7 +1,7 @@
 #pragma once
 /// Soft bodies that meet one another, for tests of what contact does to them.
 #include "contact/soft_scene.h"
-#include "tactus/contact/body_pairs.h"
+#include "tactus/contact/pairs/body_pairs.h"
 
 namespace tactus::test {
 

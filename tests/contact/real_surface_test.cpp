@@ -1,4 +1,4 @@
-#include "tactus/contact/real_surface.h"
+#include "tactus/contact/real/real_surface.h"
 
 #include <gtest/gtest.h>
 

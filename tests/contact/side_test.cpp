@@ -5,7 +5,7 @@
 #include <random>
 
 #include "contact/contact_scene.h"
-#include "tactus/geom/point_in_mesh.h"
+#include "tactus/geom/mesh/point_in_mesh.h"
 #include "tactus/multi_device/device_set.h"
 
 namespace tactus {

@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "tactus/contact/wall_grid_kernels.h"
+#include "tactus/contact/walls/wall_grid_kernels.h"
 
 namespace tactus {
 namespace {

@@ -1,4 +1,4 @@
-#include "tactus/geom/cell_list.h"
+#include "tactus/geom/search/cell_list.h"
 
 #include <gtest/gtest.h>
 

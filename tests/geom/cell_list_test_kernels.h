@@ -1,5 +1,5 @@
 #pragma once
-#include "tactus/geom/cell_list.h"
+#include "tactus/geom/search/cell_list.h"
 
 namespace tactus::test {
 

@@ -1,4 +1,4 @@
-#include "tactus/geom/cholesky.h"
+#include "tactus/geom/maths/cholesky.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "tactus/geom/cube_parts.h"
+#include "tactus/geom/lattice/cube_parts.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "tactus/geom/box_surface.h"
-#include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/lattice/cube_lattice.h"
+#include "tactus/geom/mesh/box_surface.h"
 
 namespace tactus {
 namespace {

@@ -1,4 +1,4 @@
-#include "tactus/geom/figures.h"
+#include "tactus/geom/figures/figures.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 
 #include <gtest/gtest.h>
 

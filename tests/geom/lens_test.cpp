@@ -1,4 +1,4 @@
-#include "tactus/geom/lens.h"
+#include "tactus/geom/camera/lens.h"
 
 #include <gtest/gtest.h>
 

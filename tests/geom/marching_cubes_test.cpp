@@ -1,4 +1,4 @@
-#include "tactus/geom/marching_cubes.h"
+#include "tactus/geom/mesh/marching_cubes.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 namespace {

@@ -1,5 +1,5 @@
 // Cleaning on packed bits against plain loops over pixels.
-#include "tactus/geom/mask_cleaning.h"
+#include "tactus/geom/image/mask_cleaning.h"
 
 #include <gtest/gtest.h>
 

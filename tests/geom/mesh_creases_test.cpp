@@ -1,7 +1,7 @@
 /// Normals at creases.
 #include <gtest/gtest.h>
 
-#include "tactus/geom/mesh_creases.h"
+#include "tactus/geom/mesh/mesh_creases.h"
 
 namespace tactus {
 namespace {

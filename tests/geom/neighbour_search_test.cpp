@@ -1,4 +1,4 @@
-#include "tactus/geom/neighbour_search.h"
+#include "tactus/geom/search/neighbour_search.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "geom/neighbour_test_kernels.h"
 #include "support/device_sets.h"
 #include "support/message_of.h"
-#include "tactus/geom/neighbour_lists.h"
+#include "tactus/geom/search/neighbour_lists.h"
 #include "tactus/multi_device/device_set.h"
 
 namespace tactus {

@@ -1,5 +1,5 @@
 #pragma once
-#include "tactus/geom/neighbour_visit.h"
+#include "tactus/geom/search/neighbour_visit.h"
 
 namespace tactus::test {
 

@@ -1,4 +1,4 @@
-#include "tactus/geom/polygon_triangles.h"
+#include "tactus/geom/mesh/polygon_triangles.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include "io/io_test_files.h"
 #include "support/message_of.h"
-#include "tactus/io/mesh_file.h"
+#include "tactus/io/mesh/mesh_file.h"
 
 namespace tactus {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "io/io_test_files.h"
 #include "support/message_of.h"
-#include "tactus/io/label_file.h"
-#include "tactus/io/mesh_file.h"
+#include "tactus/io/labels/label_file.h"
+#include "tactus/io/mesh/mesh_file.h"
 
 namespace tactus {
 namespace {

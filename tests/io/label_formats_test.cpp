@@ -11,9 +11,9 @@
 #include "io/io_test_files.h"
 #include "support/message_of.h"
 #include "tactus/base/byte_io.h"
-#include "tactus/geom/mesh.h"
-#include "tactus/geom/rotation.h"
-#include "tactus/io/label_file.h"
+#include "tactus/geom/maths/rotation.h"
+#include "tactus/geom/mesh/mesh.h"
+#include "tactus/io/labels/label_file.h"
 #include "tactus/tissue/surface_nets.h"
 
 namespace tactus {

@@ -1,4 +1,4 @@
-#include "tactus/io/mesh_file.h"
+#include "tactus/io/mesh/mesh_file.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 #include "io/io_test_files.h"
 #include "io/mesh_texts.h"
 #include "support/message_of.h"
-#include "tactus/geom/mesh_defects.h"
-#include "tactus/io/mesh_file.h"
+#include "tactus/geom/mesh/mesh_defects.h"
+#include "tactus/io/mesh/mesh_file.h"
 
 namespace tactus {
 namespace {

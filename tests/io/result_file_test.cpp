@@ -12,7 +12,7 @@
 #include "tactus/base/read_file.h"
 #include "tactus/base/safe_file.h"
 #include "tactus/io/json_file.h"
-#include "tactus/io/label_file.h"
+#include "tactus/io/labels/label_file.h"
 
 namespace tactus {
 namespace {

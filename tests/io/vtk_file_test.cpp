@@ -1,6 +1,6 @@
 /// Strained lattices as VTK, read back as a viewer does.
 #include "tactus/io/vtk_file.h"
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/symmetric_eigen.h"
+#include "tactus/geom/maths/symmetric_eigen.h"
 #include "tactus/reconstruct/components.h"
 
 namespace tactus {

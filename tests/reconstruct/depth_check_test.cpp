@@ -1,12 +1,12 @@
-#include "tactus/reconstruct/depth_check.h"
+#include "tactus/reconstruct/depth/depth_check.h"
 
 #include <gtest/gtest.h>
 
 #include <optional>
 #include <random>
 
-#include "tactus/geom/mask_growth.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/geom/image/mask_growth.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
 namespace {

@@ -10,7 +10,7 @@
 #include "support/masks.h"
 #include "support/message_of.h"
 #include "tactus/reconstruct/visual_hull.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
 namespace {

@@ -11,10 +11,10 @@
 #include <string>
 
 #include "support/data_folder.h"
-#include "tactus/reconstruct/frontier_points.h"
-#include "tactus/rig/data_sources.h"
-#include "tactus/rig/synthetic_noise.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/reconstruct/doctor/frontier_points.h"
+#include "tactus/rig/sources/data_sources.h"
+#include "tactus/rig/synthetic/synthetic_noise.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
 namespace {

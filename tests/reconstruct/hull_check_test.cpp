@@ -11,8 +11,8 @@
 #include "support/masks.h"
 #include "support/message_of.h"
 #include "support/synthetic_frame.h"
-#include "tactus/geom/mask_bounds.h"
-#include "tactus/reconstruct/workspace_from_cones.h"
+#include "tactus/geom/image/mask_bounds.h"
+#include "tactus/reconstruct/doctor/workspace_from_cones.h"
 
 namespace tactus {
 namespace {

@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "support/data_folder.h"
-#include "tactus/geom/mask_metrics.h"
-#include "tactus/geom/rasterize.h"
+#include "tactus/geom/image/mask_metrics.h"
+#include "tactus/geom/image/rasterize.h"
 #include "tactus/reconstruct/visual_hull.h"
-#include "tactus/rig/data_sources.h"
+#include "tactus/rig/sources/data_sources.h"
 
 namespace tactus {
 namespace {

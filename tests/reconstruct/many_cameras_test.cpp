@@ -5,9 +5,9 @@
 #include "reconstruct/sphere_scene.h"
 #include "support/device_sets.h"
 #include "support/message_of.h"
-#include "tactus/geom/camera_bits.h"
-#include "tactus/reconstruct/surface_texture.h"
-#include "tactus/reconstruct/view_scores.h"
+#include "tactus/geom/camera/camera_bits.h"
+#include "tactus/reconstruct/texture/surface_texture.h"
+#include "tactus/reconstruct/texture/view_scores.h"
 
 namespace tactus {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "support/masks.h"
-#include "tactus/geom/camera.h"
+#include "tactus/geom/camera/camera.h"
 
 namespace tactus::test {
 

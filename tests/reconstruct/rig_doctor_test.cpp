@@ -1,5 +1,5 @@
 // Errors planted into rigs that are right: each is named, with its camera and its cure; what is right passes.
-#include "tactus/reconstruct/rig_doctor.h"
+#include "tactus/reconstruct/doctor/rig_doctor.h"
 
 #include <gtest/gtest.h>
 
@@ -14,11 +14,11 @@
 #include "support/data_folder.h"
 #include "support/masks.h"
 #include "support/synthetic_frame.h"
-#include "tactus/geom/mask_metrics.h"
-#include "tactus/geom/rasterize.h"
+#include "tactus/geom/image/mask_metrics.h"
+#include "tactus/geom/image/rasterize.h"
 #include "tactus/reconstruct/hull_check.h"
-#include "tactus/rig/data_sources.h"
-#include "tactus/rig/synthetic_noise.h"
+#include "tactus/rig/sources/data_sources.h"
+#include "tactus/rig/synthetic/synthetic_noise.h"
 
 namespace tactus {
 namespace {

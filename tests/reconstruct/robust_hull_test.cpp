@@ -9,10 +9,10 @@
 #include "support/message_of.h"
 #include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
-#include "tactus/reconstruct/mask_repair.h"
+#include "tactus/reconstruct/doctor/mask_repair.h"
 #include "tactus/reconstruct/visual_hull.h"
-#include "tactus/rig/data_sources.h"
-#include "tactus/rig/synthetic_noise.h"
+#include "tactus/rig/sources/data_sources.h"
+#include "tactus/rig/synthetic/synthetic_noise.h"
 
 namespace tactus {
 namespace {

@@ -1,4 +1,4 @@
-#include "tactus/reconstruct/seam_levelling.h"
+#include "tactus/reconstruct/texture/seam_levelling.h"
 
 #include <gtest/gtest.h>
 

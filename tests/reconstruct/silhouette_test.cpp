@@ -6,7 +6,7 @@
 
 #include "support/device_sets.h"
 #include "support/masks.h"
-#include "tactus/geom/image.h"
+#include "tactus/geom/image/image.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/reconstruct/silhouette_stage.h"
 

@@ -1,4 +1,4 @@
-#include "tactus/reconstruct/surface_texture.h"
+#include "tactus/reconstruct/texture/surface_texture.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "reconstruct/painted_balls.h"
 #include "support/device_sets.h"
 #include "support/message_of.h"
-#include "tactus/reconstruct/photo_atlas.h"
+#include "tactus/reconstruct/texture/photo_atlas.h"
 
 namespace tactus {
 namespace {

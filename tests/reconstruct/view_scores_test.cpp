@@ -1,4 +1,4 @@
-#include "tactus/reconstruct/view_scores.h"
+#include "tactus/reconstruct/texture/view_scores.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "support/masks.h"
 #include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
-#include "tactus/rig/data_sources.h"
+#include "tactus/rig/sources/data_sources.h"
 
 namespace tactus {
 namespace {

@@ -1,5 +1,5 @@
 #include "tactus/reconstruct/visual_hull.h"
-#include "tactus/geom/mask_growth.h"
+#include "tactus/geom/image/mask_growth.h"
 
 #include <gtest/gtest.h>
 

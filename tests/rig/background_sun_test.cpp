@@ -8,8 +8,8 @@
 
 #include "support/masks.h"
 #include "support/synthetic_frame.h"
-#include "tactus/geom/mask_metrics.h"
-#include "tactus/rig/background_model.h"
+#include "tactus/geom/image/mask_metrics.h"
+#include "tactus/rig/background/background_model.h"
 
 namespace tactus {
 namespace {

@@ -1,5 +1,5 @@
 // Silhouettes before a known room: exact truth composed over a synthetic room and over real frames.
-#include "tactus/rig/background_model.h"
+#include "tactus/rig/background/background_model.h"
 
 #include <gtest/gtest.h>
 
@@ -18,8 +18,8 @@
 #include "support/masks.h"
 #include "support/message_of.h"
 #include "support/synthetic_frame.h"
-#include "tactus/geom/mask_metrics.h"
-#include "tactus/rig/undistortion.h"
+#include "tactus/geom/image/mask_metrics.h"
+#include "tactus/rig/images/undistortion.h"
 
 namespace tactus {
 namespace {

@@ -11,10 +11,10 @@
 #include "support/recordings.h"
 #include "tactus/base/error.h"
 #include "tactus/media/image_header.h"
-#include "tactus/rig/camera_file.h"
 #include "tactus/rig/client_camera.h"
-#include "tactus/rig/data_sources.h"
-#include "tactus/rig/numbered_files.h"
+#include "tactus/rig/images/camera_file.h"
+#include "tactus/rig/images/numbered_files.h"
+#include "tactus/rig/sources/data_sources.h"
 
 namespace tactus {
 namespace {

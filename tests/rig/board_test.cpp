@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "support/message_of.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 #include "tactus/rig/calibrate/board.h"
 
 namespace tactus {

@@ -12,7 +12,7 @@
 
 #include "support/data_folder.h"
 #include "support/message_of.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 #include "tactus/rig/calibrate/board_pictures.h"
 #include "tactus/rig/calibrate/bundle.h"
 #include "tactus/rig/calibration_files/calibration_file.h"

@@ -16,7 +16,7 @@
 #include "support/data_folder.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
-#include "tactus/rig/background_model.h"
+#include "tactus/rig/background/background_model.h"
 #include "tactus/rig/rig_keys.h"
 
 namespace tactus {

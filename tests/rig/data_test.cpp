@@ -8,11 +8,11 @@
 #include "support/masks.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
-#include "tactus/geom/mask_metrics.h"
+#include "tactus/geom/image/mask_metrics.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
-#include "tactus/rig/camera_file.h"
-#include "tactus/rig/data_sources.h"
+#include "tactus/rig/images/camera_file.h"
 #include "tactus/rig/rig_file.h"
+#include "tactus/rig/sources/data_sources.h"
 
 namespace tactus {
 namespace {

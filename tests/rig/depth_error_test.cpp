@@ -1,4 +1,4 @@
-#include "tactus/rig/depth_error.h"
+#include "tactus/rig/images/depth_error.h"
 
 #include <gtest/gtest.h>
 

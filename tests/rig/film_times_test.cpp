@@ -12,7 +12,7 @@
 #include "support/recordings.h"
 #include "tactus/media/film_reader.h"
 #include "tactus/media/mp4_muxer.h"
-#include "tactus/rig/data_sources.h"
+#include "tactus/rig/sources/data_sources.h"
 
 namespace tactus {
 namespace {

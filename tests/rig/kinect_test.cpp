@@ -1,4 +1,4 @@
-#include "tactus/rig/kinect.h"
+#include "tactus/rig/sources/kinect.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "tactus/geom/camera.h"
+#include "tactus/geom/camera/camera.h"
 #include "tactus/rig/wire/photo_coder.h"
 
 namespace tactus {

@@ -9,8 +9,8 @@
 #include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
-#include "tactus/rig/data_sources.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/sources/data_sources.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/rig/wire/recording_file.h"
 
 namespace tactus {

@@ -1,11 +1,11 @@
-#include "tactus/rig/figure_tracer.h"
+#include "tactus/rig/synthetic/figure_tracer.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "support/masks.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
 namespace {

@@ -1,4 +1,4 @@
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 #include <gtest/gtest.h>
 

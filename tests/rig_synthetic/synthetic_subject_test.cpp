@@ -1,4 +1,4 @@
-#include "tactus/rig/synthetic_subject.h"
+#include "tactus/rig/synthetic/synthetic_subject.h"
 
 #include <gtest/gtest.h>
 
@@ -6,13 +6,13 @@
 
 #include "support/masks.h"
 #include "tactus/base/error.h"
-#include "tactus/geom/figures.h"
-#include "tactus/geom/mask_metrics.h"
-#include "tactus/geom/polygonize.h"
-#include "tactus/geom/rasterize.h"
-#include "tactus/geom/render_distance.h"
-#include "tactus/rig/synthetic_noise.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/geom/figures/figures.h"
+#include "tactus/geom/image/mask_metrics.h"
+#include "tactus/geom/image/rasterize.h"
+#include "tactus/geom/image/render_distance.h"
+#include "tactus/geom/mesh/polygonize.h"
+#include "tactus/rig/synthetic/synthetic_noise.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
 namespace {

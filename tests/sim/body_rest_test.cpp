@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "support/device_sets.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -1,13 +1,13 @@
-#include "tactus/sim/body_shape.h"
+#include "tactus/sim/body/body_shape.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/mesh_defects.h"
+#include "tactus/geom/mesh/mesh_defects.h"
 #include "tactus/multi_device/device_set.h"
-#include "tactus/sim/soft_body.h"
+#include "tactus/sim/body/soft_body.h"
 
 namespace tactus {
 namespace {

@@ -6,7 +6,7 @@
 #include "support/device_sets.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "tactus/io/scene_file.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -13,7 +13,7 @@
 #include "support/sliced_block.h"
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

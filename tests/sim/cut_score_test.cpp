@@ -7,7 +7,7 @@
 #include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/blade_mesh.h"
 #include "tactus/sim/simulation.h"
 

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "support/data_folder.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -8,7 +8,7 @@
 
 #include "support/device_sets.h"
 #include "support/message_of.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/frame_clock.h"
 #include "tactus/sim/simulation.h"
 

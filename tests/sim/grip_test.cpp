@@ -7,7 +7,7 @@
 
 #include "contact/soft_scene.h"
 #include "support/device_sets.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 #include "tactus/tissue/substep_choice.h"
 

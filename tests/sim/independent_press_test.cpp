@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -7,8 +7,8 @@
 
 #include "support/device_sets.h"
 #include "support/message_of.h"
-#include "tactus/geom/point_in_mesh.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/geom/mesh/point_in_mesh.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

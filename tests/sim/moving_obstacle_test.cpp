@@ -3,7 +3,7 @@
 
 #include "support/device_sets.h"
 #include "tactus/base/error.h"
-#include "tactus/geom/sphere_surface.h"
+#include "tactus/geom/mesh/sphere_surface.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

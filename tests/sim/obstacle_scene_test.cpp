@@ -2,7 +2,7 @@
 
 #include "support/device_sets.h"
 #include "support/synthetic_frame.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -6,10 +6,10 @@
 #include <random>
 
 #include "contact/contact_scene.h"
-#include "tactus/contact/real_surface.h"
-#include "tactus/geom/rasterize.h"
+#include "tactus/contact/real/real_surface.h"
+#include "tactus/geom/image/rasterize.h"
 #include "tactus/reconstruct/visual_hull.h"
-#include "tactus/rig/figure_tracer.h"
+#include "tactus/rig/synthetic/figure_tracer.h"
 
 namespace tactus {
 namespace {

@@ -6,7 +6,7 @@
 #include "support/message_of.h"
 #include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "contact/contact_scene.h"
 #include "support/device_sets.h"
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/multi_device/device_replay.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -1,5 +1,5 @@
 // Scenes whose bodies touch one another.
-#include "tactus/sim/touching_bodies.h"
+#include "tactus/sim/body/touching_bodies.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include "support/device_sets.h"
 #include "support/synthetic_frame.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -9,10 +9,10 @@
 
 #include "support/message_of.h"
 #include "tactus/base/error.h"
-#include "tactus/geom/rasterize.h"
+#include "tactus/geom/image/rasterize.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/rig/synthetic_noise.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_noise.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

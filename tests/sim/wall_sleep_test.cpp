@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <random>
 
-#include "tactus/contact/body_pairs.h"
-#include "tactus/geom/box_surface.h"
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/contact/pairs/body_pairs.h"
+#include "tactus/geom/lattice/lattice_cut.h"
+#include "tactus/geom/mesh/box_surface.h"
 #include "tactus/multi_device/device_set.h"
-#include "tactus/sim/cut_solid.h"
-#include "tactus/sim/slab_points.h"
+#include "tactus/sim/body/cut_solid.h"
+#include "tactus/sim/body/slab_points.h"
 #include "tactus/tissue/cut/cut_points.h"
 #include "tactus/tissue/embedded_surface.h"
 

@@ -6,9 +6,9 @@
 
 #include "support/device_sets.h"
 #include "support/message_of.h"
-#include "tactus/geom/point_in_mesh.h"
+#include "tactus/geom/mesh/point_in_mesh.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

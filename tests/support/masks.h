@@ -2,7 +2,7 @@
 /// Masks made by hand.
 #include <cmath>
 
-#include "tactus/geom/mask_metrics.h"
+#include "tactus/geom/image/mask_metrics.h"
 
 namespace tactus::test {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus::test {
 

@@ -11,8 +11,8 @@
 #include <numeric>
 #include <random>
 
-#include "tactus/geom/box_surface.h"
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
+#include "tactus/geom/mesh/box_surface.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus::cut {

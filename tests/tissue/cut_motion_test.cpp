@@ -7,7 +7,7 @@
 #include <random>
 
 #include "support/device_sets.h"
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/embedded_surface.h"

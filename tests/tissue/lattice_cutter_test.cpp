@@ -8,7 +8,7 @@
 #include <random>
 #include <set>
 
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 
 namespace tactus::cut {
 namespace {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus::test {
 

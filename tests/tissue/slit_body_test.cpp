@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "support/device_sets.h"
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tactus/tissue/body_monitors.h"
 #include "tactus/tissue/embedded_surface.h"

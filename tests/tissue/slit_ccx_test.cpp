@@ -9,7 +9,7 @@
 #include <map>
 #include <sstream>
 
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
 #include "tled_bodies.h"
 

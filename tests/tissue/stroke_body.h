@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "piece_count.h"
-#include "tactus/geom/box_surface.h"
-#include "tactus/geom/figures.h"
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/figures/figures.h"
+#include "tactus/geom/lattice/lattice_cut.h"
+#include "tactus/geom/mesh/box_surface.h"
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/embedded_surface.h"
 #include "tactus/tissue/surface_nets.h"

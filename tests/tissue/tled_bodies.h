@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/tled/tled.h"
 

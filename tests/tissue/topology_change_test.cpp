@@ -7,7 +7,7 @@
 
 #include "support/device_sets.h"
 #include "tactus/frame/schedule.h"
-#include "tactus/geom/lattice_cut.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tactus/tissue/embedded_surface.h"
 #include "tactus/tissue/hybrid/body_solver.h"

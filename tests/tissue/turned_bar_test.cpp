@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tactus/geom/box_surface.h"
+#include "tactus/geom/mesh/box_surface.h"
 #include "tactus/tissue/tled/tled.h"
 
 namespace tactus {

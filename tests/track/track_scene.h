@@ -4,10 +4,10 @@
 #include <random>
 #include <vector>
 
-#include "tactus/geom/rasterize.h"
-#include "tactus/geom/rotation.h"
-#include "tactus/rig/synthetic_noise.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/geom/image/rasterize.h"
+#include "tactus/geom/maths/rotation.h"
+#include "tactus/rig/synthetic/synthetic_noise.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/track/blade_tracker.h"
 
 namespace tactus::test {

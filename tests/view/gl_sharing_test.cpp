@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "support/device_sets.h"
-#include "tactus/reconstruct/surface_texture.h"
+#include "tactus/reconstruct/texture/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus {

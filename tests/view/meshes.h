@@ -5,7 +5,7 @@
 #include <map>
 #include <numbers>
 
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus::test {
 

@@ -7,8 +7,8 @@
 #include "reconstruct/painted_balls.h"
 #include "support/device_sets.h"
 #include "support/message_of.h"
-#include "tactus/geom/photo_choice.h"
-#include "tactus/reconstruct/surface_texture.h"
+#include "tactus/geom/camera/photo_choice.h"
+#include "tactus/reconstruct/texture/surface_texture.h"
 #include "tactus/view/renderer.h"
 #include "view/meshes.h"
 

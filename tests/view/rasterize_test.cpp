@@ -1,4 +1,4 @@
-#include "tactus/geom/rasterize.h"
+#include "tactus/geom/image/rasterize.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "support/masks.h"
 #include "tactus/base/error.h"
-#include "tactus/geom/mask_metrics.h"
+#include "tactus/geom/image/mask_metrics.h"
 #include "view/meshes.h"
 
 namespace tactus {

@@ -2,7 +2,7 @@
 
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
-#include "tactus/rig/background_film.h"
+#include "tactus/rig/background/background_film.h"
 
 namespace tactus {
 namespace {

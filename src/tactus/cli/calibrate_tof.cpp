@@ -8,9 +8,9 @@
 #include "tactus/base/read_file.h"
 #include "tactus/base/safe_file.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
-#include "tactus/rig/depth_error.h"
-#include "tactus/rig/depth_images.h"
-#include "tactus/rig/numbered_files.h"
+#include "tactus/rig/images/depth_error.h"
+#include "tactus/rig/images/depth_images.h"
+#include "tactus/rig/images/numbered_files.h"
 
 namespace tactus {
 namespace {

@@ -7,14 +7,14 @@
 #include "tactus/base/log.h"
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/commands.h"
-#include "tactus/cli/doctor_report.h"
+#include "tactus/cli/output/doctor_report.h"
 #include "tactus/cli/program.h"
 #include "tactus/io/json_file.h"
-#include "tactus/reconstruct/depth_check.h"
-#include "tactus/rig/data_sources.h"
+#include "tactus/reconstruct/depth/depth_check.h"
 #include "tactus/rig/data_writers.h"
 #include "tactus/rig/metric_evidence.h"
 #include "tactus/rig/rig_file.h"
+#include "tactus/rig/sources/data_sources.h"
 #include "tactus/rig/wire/recording_file.h"
 
 namespace tactus {

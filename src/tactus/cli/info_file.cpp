@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <map>
 
-#include "tactus/geom/mesh_defects.h"
-#include "tactus/geom/point_box.h"
-#include "tactus/io/label_file.h"
-#include "tactus/io/mesh_file.h"
+#include "tactus/geom/mesh/mesh_defects.h"
+#include "tactus/geom/mesh/point_box.h"
+#include "tactus/io/labels/label_file.h"
+#include "tactus/io/mesh/mesh_file.h"
 
 namespace tactus {
 namespace {

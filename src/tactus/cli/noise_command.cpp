@@ -8,14 +8,14 @@
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/version.h"
-#include "tactus/geom/figures.h"
-#include "tactus/geom/mask_metrics.h"
-#include "tactus/geom/rasterize.h"
+#include "tactus/geom/figures/figures.h"
+#include "tactus/geom/image/mask_metrics.h"
+#include "tactus/geom/image/rasterize.h"
 #include "tactus/io/json_file.h"
 #include "tactus/reconstruct/surface_pipeline.h"
-#include "tactus/rig/figure_tracer.h"
-#include "tactus/rig/synthetic_noise.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/figure_tracer.h"
+#include "tactus/rig/synthetic/synthetic_noise.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tactus/geom/mask_metrics.h"
-#include "tactus/geom/rasterize.h"
+#include "tactus/geom/image/mask_metrics.h"
+#include "tactus/geom/image/rasterize.h"
 
 namespace tactus {
 namespace {

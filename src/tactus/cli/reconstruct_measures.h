@@ -4,9 +4,9 @@
 #include <span>
 #include <string>
 
-#include "tactus/geom/figures.h"
-#include "tactus/geom/mesh.h"
-#include "tactus/rig/frame_source.h"
+#include "tactus/geom/figures/figures.h"
+#include "tactus/geom/mesh/mesh.h"
+#include "tactus/rig/sources/frame_source.h"
 
 namespace tactus {
 

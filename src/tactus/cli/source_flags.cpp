@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "tactus/base/error.h"
-#include "tactus/rig/data_sources.h"
+#include "tactus/rig/sources/data_sources.h"
 
 namespace tactus {
 

@@ -1,6 +1,6 @@
 #pragma once
 /// `--source`, `--frames` and how photographs become masks, as several verbs have them.
-#include "tactus/rig/silhouettes.h"
+#include "tactus/rig/images/silhouettes.h"
 #include "tactus/sim/scene.h"
 
 namespace CLI {

@@ -7,11 +7,11 @@
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/io/json_file.h"
-#include "tactus/io/mesh_file.h"
+#include "tactus/io/mesh/mesh_file.h"
 #include "tactus/rig/data_writers.h"
-#include "tactus/rig/synthetic_noise.h"
-#include "tactus/rig/synthetic_source.h"
-#include "tactus/rig/synthetic_subject.h"
+#include "tactus/rig/synthetic/synthetic_noise.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_subject.h"
 #include "tactus/view/image_files.h"
 
 namespace tactus {

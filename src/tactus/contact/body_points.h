@@ -7,12 +7,12 @@
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/exec_context.h"
 #include "tactus/contact/friction.h"
-#include "tactus/contact/motion_kernels.h"
+#include "tactus/contact/real/motion_kernels.h"
 #include "tactus/frame/state_archive.h"
-#include "tactus/geom/boundary_points.h"
-#include "tactus/geom/held_axes.h"
-#include "tactus/geom/index_lists.h"
-#include "tactus/geom/vector_fields.h"
+#include "tactus/geom/arrays/index_lists.h"
+#include "tactus/geom/arrays/vector_fields.h"
+#include "tactus/geom/lattice/boundary_points.h"
+#include "tactus/geom/maths/held_axes.h"
 
 namespace tactus {
 

@@ -3,8 +3,8 @@
 #include <string>
 
 #include "tactus/contact/find_kernels.h"
-#include "tactus/contact/near_wall_kernels.h"
 #include "tactus/contact/paper_kernels.h"
+#include "tactus/contact/walls/near_wall_kernels.h"
 
 namespace tactus {
 namespace {

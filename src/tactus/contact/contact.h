@@ -9,8 +9,8 @@
 #include "tactus/contact/contact_response.h"
 #include "tactus/contact/obstacles.h"
 #include "tactus/contact/response_kernels.h"
-#include "tactus/geom/near_walls.h"
-#include "tactus/geom/neighbour_cells.h"
+#include "tactus/geom/search/near_walls.h"
+#include "tactus/geom/search/neighbour_cells.h"
 
 namespace tactus {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "tactus/contact/body_points.h"
-#include "tactus/geom/closest_point.h"
-#include "tactus/geom/mesh_defects.h"
+#include "tactus/geom/mesh/closest_point.h"
+#include "tactus/geom/mesh/mesh_defects.h"
 
 namespace tactus {
 namespace {

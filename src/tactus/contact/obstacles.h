@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "tactus/contact/real_surface.h"
-#include "tactus/geom/mesh.h"
+#include "tactus/contact/real/real_surface.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 

@@ -1,8 +1,8 @@
 #pragma once
 /// Contact as Shao et al. 2019 write it [P 16-25], with the repairs of docs/concepts/contact.md: points of a
 /// body are particles of a liquid, samples of the real surface are its boundary.
+#include "tactus/contact/real/sample_kernels.h"
 #include "tactus/contact/response_kernels.h"
-#include "tactus/contact/sample_kernels.h"
 
 namespace tactus {
 

@@ -1,8 +1,8 @@
 #pragma once
 /// The triangles of a boundary's surface, sorted by cells, and how far a point is from them. Contact is
 /// decided here and by nothing coarser: a point outside the surface has no contact, however near it is.
-#include "tactus/contact/component_kernels.h"
-#include "tactus/geom/closest_point.h"
+#include "tactus/contact/real/component_kernels.h"
+#include "tactus/geom/mesh/closest_point.h"
 
 namespace tactus {
 

@@ -12,7 +12,7 @@
 /// on by half of their last change (Nesterov 1983): two in place of three.
 #include "tactus/fluid/shear_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
-#include "tactus/geom/neighbour_visit.h"
+#include "tactus/geom/search/neighbour_visit.h"
 
 namespace tactus {
 

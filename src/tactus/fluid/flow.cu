@@ -5,7 +5,7 @@
 #include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
-#include "tactus/geom/neighbour_visit.h"
+#include "tactus/geom/search/neighbour_visit.h"
 
 TACTUS_CUDA_KERNEL(tactus::FindBoxWalls);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidDensity, tactus::ListUse::write>);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tactus/base/math.h"
-#include "tactus/geom/polygonize.h"
+#include "tactus/geom/mesh/polygonize.h"
 
 namespace tactus {
 namespace {

@@ -2,7 +2,7 @@
 /// A mesh of a liquid, for export. (Pictures don't need one: view/gl_liquid.h.)
 #include <span>
 
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 

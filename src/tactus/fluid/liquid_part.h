@@ -3,7 +3,7 @@
 #include "tactus/compute/time_stamp.h"
 #include "tactus/fluid/split_kernels.h"
 #include "tactus/fluid/tension_kernels.h"
-#include "tactus/geom/neighbour_search.h"
+#include "tactus/geom/search/neighbour_search.h"
 
 namespace tactus {
 

@@ -3,7 +3,7 @@
 #include "tactus/fluid/smoothing_kernel.h"
 #include "tactus/fluid/viscosity.h"
 #include "tactus/frame/frame_params.h"
-#include "tactus/geom/near_walls.h"
+#include "tactus/geom/search/near_walls.h"
 
 namespace tactus {
 

@@ -2,7 +2,7 @@
 #include "tactus/fluid/split_kernels.h"
 #include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wound_kernels.h"
-#include "tactus/geom/neighbour_visit.h"
+#include "tactus/geom/search/neighbour_visit.h"
 
 TACTUS_CUDA_KERNEL(tactus::TryWounds);
 TACTUS_CUDA_KERNEL(tactus::JudgePlaces);

@@ -1,7 +1,7 @@
 #pragma once
 /// Viscosity between pairs of particles, and shear rates.
 #include "tactus/fluid/liquid_views.h"
-#include "tactus/geom/neighbour_visit.h"
+#include "tactus/geom/search/neighbour_visit.h"
 
 namespace tactus {
 

@@ -7,7 +7,7 @@
 #include "tactus/compute/atomic.h"
 #include "tactus/fluid/flow_kernels.h"
 #include "tactus/fluid/liquid_slabs.h"
-#include "tactus/geom/cell_hash.h"
+#include "tactus/geom/search/cell_hash.h"
 
 namespace tactus {
 

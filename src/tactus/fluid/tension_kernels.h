@@ -16,7 +16,7 @@
 /// grad W integrates to 1/2 (1 + 0.443 d / R), 2 pi int W r^3 dr = 31/70 d. So k is divided by
 /// 1 + (0.676 + 0.443) d k / 2.
 #include "tactus/fluid/liquid_views.h"
-#include "tactus/geom/neighbour_visit.h"
+#include "tactus/geom/search/neighbour_visit.h"
 
 namespace tactus {
 

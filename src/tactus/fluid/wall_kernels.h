@@ -2,7 +2,7 @@
 /// Walls that are near particles, and the liquid's impulses on them.
 #include "tactus/compute/atomic.h"
 #include "tactus/fluid/wall_fill.h"
-#include "tactus/geom/neighbour_cells.h"
+#include "tactus/geom/search/neighbour_cells.h"
 
 namespace tactus {
 

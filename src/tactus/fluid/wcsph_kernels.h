@@ -2,7 +2,7 @@
 /// Weakly compressible SPH (Becker & Teschner 2007): density and pressure, then forces and the step.
 #include "tactus/fluid/shear_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
-#include "tactus/geom/neighbour_visit.h"
+#include "tactus/geom/search/neighbour_visit.h"
 
 namespace tactus {
 

@@ -9,7 +9,7 @@
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/fold.h"
 #include "tactus/fluid/flow_kernels.h"
-#include "tactus/geom/neighbour_cells.h"
+#include "tactus/geom/search/neighbour_cells.h"
 
 namespace tactus {
 

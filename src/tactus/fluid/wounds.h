@@ -6,7 +6,7 @@
 #include "tactus/compute/buffer.h"
 #include "tactus/fluid/wound_kernels.h"
 #include "tactus/frame/state_archive.h"
-#include "tactus/geom/neighbour_search.h"
+#include "tactus/geom/search/neighbour_search.h"
 
 namespace tactus {
 

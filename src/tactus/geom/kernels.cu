@@ -1,10 +1,10 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
-#include "tactus/geom/cell_list_kernels.h"
-#include "tactus/geom/cell_sort_kernels.h"
-#include "tactus/geom/index_lists.h"
-#include "tactus/geom/neighbour_list_kernels.h"
-#include "tactus/geom/reorder_kernels.h"
-#include "tactus/geom/tile_scan_kernels.h"
+#include "tactus/geom/arrays/index_lists.h"
+#include "tactus/geom/arrays/tile_scan_kernels.h"
+#include "tactus/geom/search/cell_list_kernels.h"
+#include "tactus/geom/search/cell_sort_kernels.h"
+#include "tactus/geom/search/neighbour_list_kernels.h"
+#include "tactus/geom/search/reorder_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::CellBounds);
 TACTUS_CUDA_KERNEL(tactus::ClearCells);

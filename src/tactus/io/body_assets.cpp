@@ -4,8 +4,8 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
-#include "tactus/io/label_file.h"
-#include "tactus/io/mesh_file.h"
+#include "tactus/io/labels/label_file.h"
+#include "tactus/io/mesh/mesh_file.h"
 
 namespace tactus {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 /// The files that the bodies of a scene are made of.
-#include "tactus/sim/body_shape.h"
+#include "tactus/sim/body/body_shape.h"
 #include "tactus/sim/scene.h"
 
 namespace tactus {

@@ -4,7 +4,7 @@
 #include "tactus/base/error.h"
 #include "tactus/io/field_visitor.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
 namespace {

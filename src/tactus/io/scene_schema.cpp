@@ -3,7 +3,7 @@
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
-#include "tactus/geom/figures.h"
+#include "tactus/geom/figures/figures.h"
 #include "tactus/io/region_schema.h"
 #include "tactus/sim/blade.h"
 

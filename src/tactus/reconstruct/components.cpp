@@ -5,7 +5,7 @@
 #include <string>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/symmetric_eigen.h"
+#include "tactus/geom/maths/symmetric_eigen.h"
 
 namespace tactus {
 namespace {

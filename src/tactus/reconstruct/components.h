@@ -2,7 +2,7 @@
 /// The separate components of a surface: how large, where, and how they lie. On the host.
 #include <vector>
 
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 

@@ -1,12 +1,12 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
-#include "tactus/reconstruct/depth_kernels.h"
-#include "tactus/reconstruct/depth_seam_kernels.h"
+#include "tactus/reconstruct/depth/depth_kernels.h"
+#include "tactus/reconstruct/depth/depth_seam_kernels.h"
 #include "tactus/reconstruct/hull_check_kernels.h"
 #include "tactus/reconstruct/hull_kernels.h"
 #include "tactus/reconstruct/silhouette_kernels.h"
+#include "tactus/reconstruct/texture/view_score_kernels.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
 #include "tactus/reconstruct/view_count_kernels.h"
-#include "tactus/reconstruct/view_score_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::PrepareSilhouettes);
 TACTUS_CUDA_KERNEL(tactus::SumCellColumns);

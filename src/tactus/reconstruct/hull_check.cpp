@@ -7,12 +7,12 @@
 #include "tactus/base/bits.h"
 #include "tactus/base/error.h"
 #include "tactus/base/math.h"
-#include "tactus/geom/mask_cleaning.h"
-#include "tactus/geom/mask_metrics.h"
-#include "tactus/geom/rasterize.h"
-#include "tactus/reconstruct/frontier_points.h"
-#include "tactus/reconstruct/rig_doctor.h"
-#include "tactus/reconstruct/workspace_from_cones.h"
+#include "tactus/geom/image/mask_cleaning.h"
+#include "tactus/geom/image/mask_metrics.h"
+#include "tactus/geom/image/rasterize.h"
+#include "tactus/reconstruct/doctor/frontier_points.h"
+#include "tactus/reconstruct/doctor/rig_doctor.h"
+#include "tactus/reconstruct/doctor/workspace_from_cones.h"
 
 namespace tactus {
 namespace {

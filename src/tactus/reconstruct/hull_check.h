@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tactus/base/worker.h"
-#include "tactus/geom/image.h"
+#include "tactus/geom/image/image.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/reconstruct/hull_check_kernels.h"
 #include "tactus/reconstruct/hull_findings.h"

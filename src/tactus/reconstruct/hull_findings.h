@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "tactus/geom/camera.h"
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/camera/camera.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 

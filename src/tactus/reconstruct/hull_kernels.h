@@ -4,7 +4,7 @@
 /// bits are kept. [P, "Visual hull computation"]
 #include "tactus/base/bits.h"
 #include "tactus/compute/atomic.h"
-#include "tactus/geom/camera_bits.h"
+#include "tactus/geom/camera/camera_bits.h"
 #include "tactus/reconstruct/silhouette_kernels.h"
 
 namespace tactus {

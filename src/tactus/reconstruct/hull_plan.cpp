@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/place_limits.h"
+#include "tactus/geom/camera/place_limits.h"
 #include "tactus/reconstruct/tolerant_kernels.h"
 #include "tactus/reconstruct/view_count_kernels.h"
 #include "tactus/reconstruct/visual_hull.h"

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "tactus/geom/camera.h"
-#include "tactus/reconstruct/depth_stage.h"
+#include "tactus/geom/camera/camera.h"
+#include "tactus/reconstruct/depth/depth_stage.h"
 #include "tactus/reconstruct/hull_kernels.h"
 #include "tactus/reconstruct/silhouette_stage.h"
 

@@ -1,11 +1,11 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
-#include "tactus/reconstruct/atlas_kernels.h"
-#include "tactus/reconstruct/depth_mesh_kernels.h"
+#include "tactus/reconstruct/depth/depth_mesh_kernels.h"
 #include "tactus/reconstruct/mesh_kernels.h"
 #include "tactus/reconstruct/mesh_part_kernels.h"
 #include "tactus/reconstruct/normal_kernels.h"
 #include "tactus/reconstruct/smoothing_kernels.h"
-#include "tactus/reconstruct/texture_kernels.h"
+#include "tactus/reconstruct/texture/atlas_kernels.h"
+#include "tactus/reconstruct/texture/texture_kernels.h"
 #include "tactus/reconstruct/vertex_kernels.h"
 
 TACTUS_CUDA_KERNEL(tactus::CountBrickMesh);

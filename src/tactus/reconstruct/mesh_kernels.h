@@ -3,7 +3,7 @@
 /// by all its triangles. Everything is numbered in global order of bricks, rows and axes, so parts of a
 /// device set agree by themselves.
 #include "tactus/base/bits.h"
-#include "tactus/geom/marching_cubes.h"
+#include "tactus/geom/mesh/marching_cubes.h"
 #include "tactus/reconstruct/hull_kernels.h"
 
 namespace tactus {

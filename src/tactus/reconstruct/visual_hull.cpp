@@ -7,10 +7,10 @@
 #include <string>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/mask_growth.h"
+#include "tactus/geom/image/mask_growth.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tactus/multi_device/upload_ring.h"
-#include "tactus/reconstruct/depth_check.h"
+#include "tactus/reconstruct/depth/depth_check.h"
 #include "tactus/reconstruct/hull_part.h"
 
 namespace tactus {

@@ -10,10 +10,10 @@
 
 #include "tactus/frame/readback.h"
 #include "tactus/frame/stage.h"
-#include "tactus/geom/camera.h"
-#include "tactus/geom/image.h"
-#include "tactus/geom/mesh.h"
-#include "tactus/geom/mesh_view.h"
+#include "tactus/geom/camera/camera.h"
+#include "tactus/geom/image/image.h"
+#include "tactus/geom/mesh/mesh.h"
+#include "tactus/geom/mesh/mesh_view.h"
 #include "tactus/multi_device/device_set.h"
 
 namespace tactus {

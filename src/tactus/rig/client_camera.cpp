@@ -5,11 +5,11 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
-#include "tactus/rig/background_film.h"
-#include "tactus/rig/camera_file.h"
-#include "tactus/rig/numbered_files.h"
+#include "tactus/rig/background/background_film.h"
+#include "tactus/rig/images/camera_file.h"
+#include "tactus/rig/images/numbered_files.h"
+#include "tactus/rig/images/undistortion.h"
 #include "tactus/rig/picture_reader.h"
-#include "tactus/rig/undistortion.h"
 #include "tactus/rig/wire/photo_coder.h"
 
 namespace tactus {

@@ -2,8 +2,8 @@
 /// Writes the files that a rig file names: calibrations, masks, distances.
 #include <string>
 
-#include "tactus/geom/camera.h"
-#include "tactus/geom/image.h"
+#include "tactus/geom/camera/camera.h"
+#include "tactus/geom/image/image.h"
 
 namespace tactus {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tactus/rig/frame_source.h"
+#include "tactus/rig/sources/frame_source.h"
 
 namespace tactus {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tactus/geom/lens.h"
+#include "tactus/geom/camera/lens.h"
 
 namespace tactus {
 

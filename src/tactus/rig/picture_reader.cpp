@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "tactus/base/error.h"
-#include "tactus/rig/film_opening.h"
+#include "tactus/rig/sources/film_opening.h"
 
 namespace tactus {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
-#include "tactus/geom/place_limits.h"
+#include "tactus/geom/camera/place_limits.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
-#include "tactus/rig/numbered_files.h"
+#include "tactus/rig/images/numbered_files.h"
 #include "tactus/rig/rig_keys.h"
 #include "tactus/rig/yaml_reader.h"
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "tactus/geom/lens.h"
-#include "tactus/rig/background_model.h"
-#include "tactus/rig/depth_files.h"
-#include "tactus/rig/frame_source.h"
+#include "tactus/geom/camera/lens.h"
+#include "tactus/rig/background/background_model.h"
+#include "tactus/rig/images/depth_files.h"
 #include "tactus/rig/live_settings.h"
+#include "tactus/rig/sources/frame_source.h"
 
 namespace tactus {
 

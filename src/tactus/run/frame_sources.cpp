@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "tactus/base/error.h"
-#include "tactus/rig/data_sources.h"
-#include "tactus/rig/no_cameras.h"
-#include "tactus/rig/synthetic_source.h"
+#include "tactus/rig/sources/data_sources.h"
+#include "tactus/rig/sources/no_cameras.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/run/live_source.h"
 
 namespace tactus {

@@ -2,8 +2,8 @@
 /// One door to all kinds of frame sources.
 #include <memory>
 
-#include "tactus/rig/frame_source.h"
-#include "tactus/rig/silhouettes.h"
+#include "tactus/rig/images/silhouettes.h"
+#include "tactus/rig/sources/frame_source.h"
 #include "tactus/sim/scene.h"
 
 namespace tactus {

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "tactus/fluid/liquid_mesh.h"
-#include "tactus/io/mesh_file.h"
+#include "tactus/io/mesh/mesh_file.h"
 #include "tactus/io/vtk_file.h"
 
 namespace tactus {

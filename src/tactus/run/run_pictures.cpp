@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "tactus/base/safe_file.h"
-#include "tactus/geom/box_surface.h"
-#include "tactus/geom/mesh_creases.h"
-#include "tactus/geom/sphere_surface.h"
+#include "tactus/geom/mesh/box_surface.h"
+#include "tactus/geom/mesh/mesh_creases.h"
+#include "tactus/geom/mesh/sphere_surface.h"
 
 namespace tactus {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 /// The frames that a scene asks for.
-#include "tactus/rig/frame_source.h"
+#include "tactus/rig/sources/frame_source.h"
 #include "tactus/sim/scene.h"
 
 namespace tactus {

@@ -1,6 +1,6 @@
 #pragma once
 /// A source of frames that stands before another.
-#include "tactus/rig/frame_source.h"
+#include "tactus/rig/sources/frame_source.h"
 
 namespace tactus {
 

@@ -2,7 +2,7 @@
 /// Meshes with which pictures show the blades that a scene moves.
 #include <vector>
 
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh/mesh.h"
 #include "tactus/sim/scene.h"
 
 namespace tactus {

@@ -7,8 +7,8 @@
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
-#include "tactus/geom/closest_point.h"
-#include "tactus/sim/body_point.h"
+#include "tactus/geom/mesh/closest_point.h"
+#include "tactus/sim/body/body_point.h"
 
 namespace tactus {
 namespace {

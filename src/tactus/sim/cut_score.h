@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "tactus/geom/point_in_mesh.h"
+#include "tactus/geom/mesh/point_in_mesh.h"
 #include "tactus/sim/blade.h"
-#include "tactus/sim/body_shape.h"
+#include "tactus/sim/body/body_shape.h"
 
 namespace tactus {
 

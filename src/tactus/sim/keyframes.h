@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 #include "tactus/sim/scene.h"
 
 namespace tactus {

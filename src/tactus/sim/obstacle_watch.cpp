@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "tactus/geom/point_in_mesh.h"
+#include "tactus/geom/mesh/point_in_mesh.h"
 
 namespace tactus {
 namespace {

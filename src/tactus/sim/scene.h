@@ -9,9 +9,9 @@
 
 #include "tactus/base/vec.h"
 #include "tactus/contact/contact_response.h"
-#include "tactus/geom/held_axes.h"
-#include "tactus/geom/point_in_mesh.h"
-#include "tactus/rig/source_kinds.h"
+#include "tactus/geom/maths/held_axes.h"
+#include "tactus/geom/mesh/point_in_mesh.h"
+#include "tactus/rig/sources/source_kinds.h"
 #include "tactus/tissue/tled/elastic_material.h"
 
 namespace tactus {

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/point_in_mesh.h"
-#include "tactus/sim/body_cut.h"
+#include "tactus/geom/mesh/point_in_mesh.h"
+#include "tactus/sim/body/body_cut.h"
 
 namespace tactus {
 namespace {

@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "tactus/contact/body_walls.h"
 #include "tactus/contact/contact_on_devices.h"
+#include "tactus/contact/walls/body_walls.h"
 #include "tactus/fluid/liquid.h"
 #include "tactus/fluid/wounds.h"
 #include "tactus/frame/readback.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/blade.h"
+#include "tactus/sim/body/soft_body.h"
 #include "tactus/sim/notice.h"
-#include "tactus/sim/soft_body.h"
 
 namespace tactus {
 

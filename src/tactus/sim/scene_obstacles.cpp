@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/box_surface.h"
-#include "tactus/geom/sphere_surface.h"
+#include "tactus/geom/mesh/box_surface.h"
+#include "tactus/geom/mesh/sphere_surface.h"
 #include "tactus/sim/keyframes.h"
 
 namespace tactus {

@@ -4,7 +4,7 @@
 
 #include "tactus/contact/obstacles.h"
 #include "tactus/frame/state_archive.h"
-#include "tactus/sim/body_shape.h"
+#include "tactus/sim/body/body_shape.h"
 #include "tactus/sim/reach.h"
 
 namespace tactus {

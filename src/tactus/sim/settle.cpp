@@ -6,7 +6,7 @@
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
-#include "tactus/sim/kinetic_damping.h"
+#include "tactus/sim/body/kinetic_damping.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/point_in_mesh.h"
+#include "tactus/geom/mesh/point_in_mesh.h"
 
 namespace tactus {
 namespace {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "tactus/contact/obstacles.h"
+#include "tactus/sim/body/soft_body.h"
 #include "tactus/sim/notice.h"
 #include "tactus/sim/scene.h"
-#include "tactus/sim/soft_body.h"
 
 namespace tactus {
 

@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "tactus/contact/obstacles.h"
-#include "tactus/rig/frame_source.h"
-#include "tactus/sim/body_shape.h"
+#include "tactus/rig/sources/frame_source.h"
+#include "tactus/sim/body/body_shape.h"
 #include "tactus/sim/notice.h"
 #include "tactus/sim/reach.h"
 #include "tactus/tissue/cut/lattice_cutter.h"

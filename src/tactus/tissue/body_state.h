@@ -1,7 +1,7 @@
 #pragma once
 /// State of a soft body that changes from step to step, one entry per lattice node. Plain data on one device.
 #include "tactus/compute/exec_context.h"
-#include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/multi_device/device_set.h"
 
 namespace tactus {

@@ -4,8 +4,8 @@
 
 #include "tactus/base/vec.h"
 #include "tactus/compute/kernel.h"
-#include "tactus/geom/index_lists.h"
-#include "tactus/geom/set_values.h"
+#include "tactus/geom/arrays/index_lists.h"
+#include "tactus/geom/arrays/set_values.h"
 
 namespace tactus::embed {
 

@@ -1,8 +1,8 @@
 #pragma once
 /// A triangle mesh that moves with a cube lattice [P 15].
-#include "tactus/geom/boundary_points.h"
-#include "tactus/geom/index_lists.h"
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/arrays/index_lists.h"
+#include "tactus/geom/lattice/boundary_points.h"
+#include "tactus/geom/mesh/mesh.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/cut/flat_lists.h"
 #include "tactus/tissue/embed_kernels.h"

@@ -1,5 +1,5 @@
 #include "tactus/compute/cuda/kernel_launch.cuh"
-#include "tactus/geom/set_values.h"
+#include "tactus/geom/arrays/set_values.h"
 #include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/node_check_kernels.h"
 #include "tactus/tissue/rigid_motion_kernels.h"

@@ -2,7 +2,7 @@
 /// Parts of a lattice that are solved apart: by model, or by device.
 #include <functional>
 
-#include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/multi_device/device_set.h"
 
 namespace tactus {

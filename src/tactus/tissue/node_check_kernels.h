@@ -1,7 +1,7 @@
 #pragma once
 /// Which nodes of a body are no longer where anything could be.
 #include "tactus/frame/frame_params.h"
-#include "tactus/geom/vector_fields.h"
+#include "tactus/geom/arrays/vector_fields.h"
 
 namespace tactus {
 

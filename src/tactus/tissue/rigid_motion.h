@@ -3,7 +3,7 @@
 #include <span>
 
 #include "tactus/compute/exec_context.h"
-#include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/rigid_motion_kernels.h"

@@ -3,8 +3,8 @@
 #include <functional>
 #include <set>
 
-#include "tactus/geom/cube_lattice.h"
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/lattice/cube_lattice.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 

@@ -2,8 +2,8 @@
 /// Changes of a body by a cut between two frames.
 #include <vector>
 
-#include "tactus/geom/cube_lattice.h"
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/lattice/cube_lattice.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 

@@ -1,6 +1,6 @@
 #pragma once
 /// A change of a body's topology, on a device that has all of it or a slab.
-#include "tactus/geom/held_axes.h"
+#include "tactus/geom/maths/held_axes.h"
 #include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/tled/tled_kernels.h"
 

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/closest_point.h"
-#include "tactus/geom/figures.h"
-#include "tactus/geom/mesh_defects.h"
+#include "tactus/geom/figures/figures.h"
+#include "tactus/geom/mesh/closest_point.h"
+#include "tactus/geom/mesh/mesh_defects.h"
 
 namespace tactus {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 

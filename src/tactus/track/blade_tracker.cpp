@@ -6,10 +6,10 @@
 #include <numeric>
 
 #include "tactus/compute/cpu_for.h"
-#include "tactus/geom/mask_growth.h"
-#include "tactus/geom/rasterize.h"
-#include "tactus/geom/rotation.h"
-#include "tactus/geom/symmetric_eigen.h"
+#include "tactus/geom/image/mask_growth.h"
+#include "tactus/geom/image/rasterize.h"
+#include "tactus/geom/maths/rotation.h"
+#include "tactus/geom/maths/symmetric_eigen.h"
 
 namespace tactus {
 namespace {

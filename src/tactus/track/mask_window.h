@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "tactus/geom/image.h"
+#include "tactus/geom/image/image.h"
 
 namespace tactus {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "tactus/geom/mesh_defects.h"
+#include "tactus/geom/mesh/mesh_defects.h"
 
 namespace tactus {
 namespace {

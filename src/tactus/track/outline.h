@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "tactus/geom/camera.h"
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/camera/camera.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tactus/compute/cpu_for.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 
 namespace tactus {
 namespace {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <span>
 
-#include "tactus/geom/image.h"
+#include "tactus/geom/image/image.h"
 #include "tactus/track/contour_equations.h"
 #include "tactus/track/depth_rays.h"
 #include "tactus/track/mask_window.h"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tactus/geom/mask_cleaning.h"
-#include "tactus/geom/rotation.h"
-#include "tactus/geom/symmetric_eigen.h"
+#include "tactus/geom/image/mask_cleaning.h"
+#include "tactus/geom/maths/rotation.h"
+#include "tactus/geom/maths/symmetric_eigen.h"
 
 namespace tactus {
 namespace {

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "tactus/geom/camera.h"
-#include "tactus/geom/image.h"
+#include "tactus/geom/camera/camera.h"
+#include "tactus/geom/image/image.h"
 #include "tactus/track/outline.h"
 
 namespace tactus {

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "tactus/base/vec.h"
-#include "tactus/geom/cholesky.h"
+#include "tactus/geom/maths/cholesky.h"
 
 namespace tactus {
 

@@ -1,6 +1,6 @@
 #pragma once
 /// Smooth edges for pictures drawn with one sample a pixel. Internal to view/.
-#include "tactus/geom/image.h"
+#include "tactus/geom/image/image.h"
 
 namespace tactus {
 

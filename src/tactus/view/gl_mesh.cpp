@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/photo_choice.h"
+#include "tactus/geom/camera/photo_choice.h"
 
 namespace tactus {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tactus/geom/photo_choice.h"
+#include "tactus/geom/camera/photo_choice.h"
 #include "tactus/view/photo_shaders.h"
 #include "tactus/view/shaders.h"
 

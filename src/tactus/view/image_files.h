@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tactus/geom/image.h"
+#include "tactus/geom/image/image.h"
 
 namespace tactus {
 

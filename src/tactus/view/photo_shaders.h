@@ -1,6 +1,7 @@
 #pragma once
 /// Shaders that colour a surface from photographs (GLSL 4.50): the same steps and numbers as the compute pass
-/// (PhotoChoice, reconstruct/texture_kernels.h), for fragments instead of vertices. Internal to view/.
+/// (PhotoChoice, reconstruct/texture/texture_kernels.h), for fragments instead of vertices. Internal to
+/// view/.
 
 namespace tactus::shaders {
 

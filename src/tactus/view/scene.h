@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "tactus/compute/exec_context.h"
-#include "tactus/geom/camera.h"
-#include "tactus/geom/camera_bits.h"
-#include "tactus/geom/image.h"
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/camera/camera.h"
+#include "tactus/geom/camera/camera_bits.h"
+#include "tactus/geom/image/image.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "tactus/geom/image.h"
-#include "tactus/geom/lens.h"
+#include "tactus/geom/camera/lens.h"
+#include "tactus/geom/image/image.h"
 
 namespace tactus {
 

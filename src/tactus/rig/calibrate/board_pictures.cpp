@@ -9,9 +9,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "tactus/base/error.h"
-#include "tactus/rig/film_opening.h"
-#include "tactus/rig/image_reading.h"
-#include "tactus/rig/numbered_files.h"
+#include "tactus/rig/images/image_reading.h"
+#include "tactus/rig/images/numbered_files.h"
+#include "tactus/rig/sources/film_opening.h"
 
 namespace tactus {
 namespace {

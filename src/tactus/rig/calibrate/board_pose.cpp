@@ -8,7 +8,7 @@
 #endif
 
 #include "tactus/base/error.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 
 namespace tactus {
 namespace {

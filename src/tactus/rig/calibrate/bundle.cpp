@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 #include "tactus/rig/calibrate/board_pose.h"
 
 #ifdef TACTUS_WITH_CERES
@@ -13,7 +13,7 @@
 
 #include <Eigen/Dense>
 
-#include "tactus/geom/lens_maths.h"
+#include "tactus/geom/camera/lens_maths.h"
 #endif
 
 namespace tactus {

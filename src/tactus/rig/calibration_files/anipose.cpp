@@ -1,7 +1,7 @@
 /// calibration.toml of anipose (aniposelib), FreeMoCap and Pose2Sim, which look the same; the first two are
 /// in the unit of the board, the last in metres, and nothing in the file tells which.
 #include "tactus/base/error.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 #include "tactus/rig/calibration_files/toml_cameras.h"
 
 namespace tactus::calibration {

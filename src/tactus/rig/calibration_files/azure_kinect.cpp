@@ -1,7 +1,7 @@
 /// Azure Kinect's factory calibration: the depth camera (NFOV unbinned) and the colour camera in a 16:9 mode.
 #include "tactus/base/error.h"
 #include "tactus/rig/calibration_files/formats.h"
-#include "tactus/rig/kinect.h"
+#include "tactus/rig/sources/kinect.h"
 
 namespace tactus::calibration {
 namespace {

@@ -12,7 +12,7 @@
 #include "tactus/rig/calibrate/board.h"
 #include "tactus/rig/calibrate/bundle.h"
 #include "tactus/rig/calibration_files/formats.h"
-#include "tactus/rig/numbered_files.h"
+#include "tactus/rig/images/numbered_files.h"
 
 namespace tactus {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tactus/geom/lens.h"
+#include "tactus/geom/camera/lens.h"
 
 namespace tactus {
 

@@ -1,11 +1,11 @@
 #include "tactus/rig/calibration_files/colmap.h"
-#include "tactus/rig/numbered_files.h"
+#include "tactus/rig/images/numbered_files.h"
 
 #include <cmath>
 #include <filesystem>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 
 namespace tactus::calibration {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 #include "tactus/rig/calibration_files/colmap.h"
 
 namespace tactus::calibration {

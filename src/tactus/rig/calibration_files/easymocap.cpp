@@ -7,7 +7,7 @@
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
 #include "tactus/rig/calibration_files/formats.h"
-#include "tactus/rig/numbered_files.h"
+#include "tactus/rig/images/numbered_files.h"
 
 namespace tactus::calibration {
 namespace {

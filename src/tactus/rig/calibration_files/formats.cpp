@@ -6,7 +6,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 
 namespace tactus::calibration {
 namespace {

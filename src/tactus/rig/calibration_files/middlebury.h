@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tactus/geom/camera.h"
+#include "tactus/geom/camera/camera.h"
 
 namespace tactus {
 

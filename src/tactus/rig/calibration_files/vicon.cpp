@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/rotation.h"
+#include "tactus/geom/maths/rotation.h"
 #include "tactus/rig/calibration_files/formats.h"
 
 namespace tactus::calibration {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tactus/base/byte_io.h"
-#include "tactus/geom/image.h"
+#include "tactus/geom/image/image.h"
 
 namespace tactus {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "tactus/geom/lens.h"
+#include "tactus/geom/camera/lens.h"
 #include "tactus/rig/wire/image_coder.h"
 
 namespace tactus {

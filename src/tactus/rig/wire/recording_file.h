@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tactus/rig/frame_source.h"
+#include "tactus/rig/sources/frame_source.h"
 #include "tactus/rig/wire/image_coder.h"
 
 namespace tactus {

@@ -4,7 +4,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/printable.h"
-#include "tactus/geom/place_limits.h"
+#include "tactus/geom/camera/place_limits.h"
 #include "tactus/rig/wire/image_coder.h"
 
 namespace tactus {

@@ -1,7 +1,7 @@
 #pragma once
 /// A rig as bytes, for recordings and packets. docs/recording.md has the format.
 #include "tactus/base/byte_io.h"
-#include "tactus/rig/frame_source.h"
+#include "tactus/rig/sources/frame_source.h"
 
 namespace tactus {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Nodes that follow a given motion: p(t) = pivot + R(axis, angle(t)) (rest - pivot) + displacement(t).
 #include "tactus/frame/frame_params.h"
-#include "tactus/geom/held_axes.h"
+#include "tactus/geom/maths/held_axes.h"
 #include "tactus/tissue/boundary/time_curve.h"
 
 namespace tactus::boundary {

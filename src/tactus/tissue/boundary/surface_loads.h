@@ -3,7 +3,7 @@
 #include <string>
 
 #include "tactus/frame/state_archive.h"
-#include "tactus/geom/mesh.h"
+#include "tactus/geom/mesh/mesh.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/boundary/load_kernels.h"
 

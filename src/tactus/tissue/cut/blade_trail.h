@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/tissue/topology_change.h"
 
 namespace tactus::cut {

@@ -2,7 +2,7 @@
 /// Points on a body's surface, that touch, as the body is cut.
 #include <unordered_map>
 
-#include "tactus/geom/boundary_points.h"
+#include "tactus/geom/lattice/boundary_points.h"
 #include "tactus/tissue/cut/cut_surface.h"
 
 namespace tactus::cut {

@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "tactus/geom/point_in_mesh.h"
+#include "tactus/geom/mesh/point_in_mesh.h"
 #include "tactus/tissue/cut/flat_lists.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
 #include "tactus/tissue/cut/short_list.h"

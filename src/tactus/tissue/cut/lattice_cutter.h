@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/tissue/cut/blade_trail.h"
 #include "tactus/tissue/cut/exact_sign.h"
 #include "tactus/tissue/cut/flat_lists.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/multi_device/device_set.h"
 
 namespace tactus {

@@ -2,7 +2,7 @@
 /// Where finite elements and shape matching meet: nodes that both move.
 #include "tactus/base/vec.h"
 #include "tactus/frame/frame_params.h"
-#include "tactus/geom/held_axes.h"
+#include "tactus/geom/maths/held_axes.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
 
 namespace tactus::hybrid {

@@ -2,7 +2,7 @@
 /// How a lattice is laid out in memory and cut into tiles for the element forces, on the host.
 #include <vector>
 
-#include "tactus/geom/cube_lattice.h"
+#include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/tled/tled_kernels.h"
 

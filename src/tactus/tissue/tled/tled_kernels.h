@@ -2,7 +2,7 @@
 /// Total Lagrangian explicit dynamics on a lattice of congruent cubes [P 3-7]: nodes come into cells,
 /// internal forces move them there (element_forces.h), and they go back.
 #include "tactus/frame/frame_params.h"
-#include "tactus/geom/vector_fields.h"
+#include "tactus/geom/arrays/vector_fields.h"
 #include "tactus/tissue/tled/element_forces.h"
 
 namespace tactus::tled {

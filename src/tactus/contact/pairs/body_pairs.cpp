@@ -1,0 +1,252 @@
+#include "tactus/contact/pairs/body_pairs.h"
+
+#include <algorithm>
+#include "tactus/contact/pairs/pair_bound_kernels.h"
+#include "tactus/contact/pairs/pair_cut_kernels.h"
+#include "tactus/contact/pairs/pair_find_kernels.h"
+#include "tactus/contact/pairs/pair_response_kernels.h"
+
+namespace tactus {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
+
+/// Capacity for the longest that lists may become.
+Index list_capacity(const std::vector<std::vector<Index>>& lists, Index capacity) {
+  Index sum = 0;
+  for (const auto& list : lists) sum += size_of(list);
+  return capacity > 0 ? sum + capacity : 0;
+}
+
+IndexListsView view(const IndexLists& lists) { return {lists.ranges(), lists.values()}; }
+
+}  // namespace
+
+BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const ContactSettings& settings,
+                     bool touch_others)
+    : settings_(checked(settings)), touch_others_(touch_others) {
+  auto made = std::make_unique<PairModel>();
+  PairModel& all = *made;
+  Index capacity = 0;  // cubes that may come
+  for (const PairedBody& body : bodies) {
+    first_point_.push_back(size_of(all.points));
+    all.add(body);
+    if (body.cuttable) capacity += body.lattice.cube_count();
+  }
+  first_point_.push_back(size_of(all.points));
+  smallest_mass_kg_ = all.smallest_mass_kg;
+  bodies_ = to_device(ctx, all.bodies);
+  patches_ = to_device(ctx, all.patches);
+  cubes_ = to_device(ctx, all.cubes);
+  samples_ = to_device(ctx, all.samples);
+  groups_ = to_device(ctx, all.groups);
+  points_ = to_device(ctx, all.points);
+  rest_ = to_device(ctx, all.rest);
+  nodes_ = to_device(ctx, all.nodes);
+  part_ = to_device(ctx, all.part);
+  rows_ = to_device(ctx, all.rows);
+  // A cube has eight nodes; points that come are as many per cube at most, of eight nodes each.
+  patch_nodes_ = IndexLists(ctx, all.patch_nodes, list_capacity(all.patch_nodes, 16 * capacity));
+  patch_cubes_ = IndexLists(ctx, all.patch_cubes, list_capacity(all.patch_cubes, capacity));
+  incident_points_ = IndexLists(ctx, all.row_points,
+                                list_capacity(all.row_points, capacity > 0 ? 8 * size_of(all.points) : 0));
+  incident_cubes_ = IndexLists(ctx, all.row_cubes, list_capacity(all.row_cubes, 8 * capacity));
+  contact_ = to_device(ctx, std::vector<PairContact>(all.points.size()));
+  const auto zeros = [&](std::size_t n) { return to_device(ctx, std::vector<std::uint32_t>(n)); };
+  group_active_ = zeros(all.groups.size());
+  row_weight_ = zeros(all.nodes.size());
+  cube_list_ = zeros(all.cubes.size());
+  next_ = zeros(all.points.size());
+  used_ = zeros(bodies.size() * bodies.size());
+  patch_box_ = Buffer<PatchBox>(ctx.device(), size_of(all.patches));
+  body_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
+  wake_box_ = Buffer<PatchBox>(ctx.device(), size_of(bodies));
+  cube_bounds_ = Buffer<float>(ctx.device(), CubeBoxes::size(patch_cubes_.capacity()));
+  cube_places_ = Buffer<CubePlace>(ctx.device(), patch_cubes_.capacity());
+  patch_way_ = Buffer<float>(ctx.device(), size_of(all.patches));
+  last_x_ = to_device(ctx, std::vector<Vec3f>(at(patch_nodes_.capacity())));
+  self_motion_ = to_device(ctx, std::vector<SelfMotion>(bodies.size()));
+  group_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.groups.size()));
+  point_sleep_ = to_device(ctx, std::vector<SelfSleep>(all.points.size()));
+  recorded_ = Buffer<Index>(ctx.device(), size_of(all.points));
+  records_ = Buffer<ContactRecord>(ctx.device(), size_of(all.points));
+  totals_ = to_device(ctx, std::vector<ColliderTotals>(bodies.size() * bodies.size()));
+  moved_on_ = to_device(ctx, std::vector<ReactionSums>(bodies.size() * bodies.size()));
+  if (capacity > 0) {
+    all.samples = {};
+    model_ = std::move(made);
+    staged_places_ = Buffer<Index>(ctx.device(), size_of(all.cubes));
+    staged_cubes_ = Buffer<SolidCube>(ctx.device(), size_of(all.cubes));
+    staged_samples_ = Buffer<float>(ctx.device(), samples_.size());
+    staged_points_ = Buffer<PairPointChange>(ctx.device(), size_of(all.points));
+  }
+  begin_frame(ctx);
+  ctx.parallel_for("contact/place cubes", patches_.size(), PlaceCubes{table(), state()});
+  ctx.synchronize();
+}
+
+void BodyPairs::apply(ExecContext& ctx, Index body, const SolidChange& change) {
+  if (!model_) throw Error("contact: no body is cuttable");
+  model_->apply(body, change);
+  upload_changes(ctx, change);
+  const PairTable t = table();
+  const PairState s = state();
+  std::vector<Index> gone = model_->changed().gone;
+  std::sort(gone.begin(), gone.end());
+  const View<Index> staged = staged_places_.view().part(0, size_of(gone));
+  ctx.upload(gone, staged);
+  ctx.fill_bytes(row_weight_.view(), 0);
+  ctx.parallel_for("contact/weigh pairs", points_.size(), WeighPairs{t, s, View<const Index>(staged)});
+  ctx.parallel_for("contact/place cubes", patches_.size(), PlaceCubes{t, s});
+  ctx.parallel_for("contact/start patches", patches_.size(), StartPatches{t, s});
+  ctx.fill_bytes(group_sleep_.view(), 0);
+  ctx.fill_bytes(point_sleep_.view(), 0);
+  ctx.synchronize();
+}
+
+void BodyPairs::upload_changes(ExecContext& ctx, const SolidChange& change) {
+  const PairModel& m = *model_;
+  const PairModel::Changed& changed = m.changed();
+  for (const Index patch : changed.patches) {
+    patch_nodes_.set(patch, m.patch_nodes[at(patch)]);
+    patch_cubes_.set(patch, m.patch_cubes[at(patch)]);
+  }
+  for (const Index row : changed.rows) {
+    incident_points_.set(row, m.row_points[at(row)]);
+    incident_cubes_.set(row, m.row_cubes[at(row)]);
+  }
+  for (IndexLists* lists : {&patch_nodes_, &patch_cubes_, &incident_points_, &incident_cubes_})
+    lists->upload(ctx);
+  std::vector<SolidCube> cubes;
+  for (const Index cube : changed.cubes) cubes.push_back(m.cubes[at(cube)]);
+  std::vector<PairPointChange> points;
+  for (const Index point : changed.points) {
+    points.push_back({point, m.points[at(point)], m.rest[at(point)], {}});
+    for (Index k = 0; k < 8; ++k) points.back().rows[k] = m.rows[at(8 * point + k)];
+  }
+  const View<Index> places = staged_places_.view().part(0, size_of(cubes));
+  const View<SolidCube> staged = staged_cubes_.view().part(0, size_of(cubes));
+  const View<float> samples = staged_samples_.view().part(0, size_of(change.sample_m));
+  const View<PairPointChange> staged_points = staged_points_.view().part(0, size_of(points));
+  ctx.upload(changed.cubes, places);
+  ctx.upload(cubes, staged);
+  ctx.upload(change.sample_m, samples);
+  ctx.upload(points, staged_points);
+  ctx.upload(m.bodies, bodies_.view());
+  ctx.upload(m.groups, groups_.view());
+  ctx.upload(m.part, part_.view());
+  ctx.parallel_for("contact/set cubes", places.size(),
+                   SetSolidCubes{View<const Index>(places), View<const SolidCube>(staged),
+                                 View<const float>(samples), cubes_.view(), samples_.view()});
+  ctx.parallel_for(
+      "contact/set pair points", staged_points.size(),
+      SetPairPoints{View<const PairPointChange>(staged_points), points_.view(), rest_.view(), rows_.view()});
+  ctx.synchronize();
+}
+
+PairTable BodyPairs::table() const {
+  return {bodies_.const_view(),   patches_.const_view(),   view(patch_nodes_),   view(patch_cubes_),
+          cubes_.const_view(),    {samples_.const_view()}, groups_.const_view(), points_.const_view(),
+          rows_.const_view(),     rest_.const_view(),      nodes_.const_view(),  part_.const_view(),
+          view(incident_points_), view(incident_cubes_)};
+}
+
+PairState BodyPairs::state() {
+  return {patch_box_.view(),   body_box_.view(),    {cube_bounds_.view()}, cube_places_.view(),
+          wake_box_.view(),    patch_way_.view(),   last_x_.view(),        self_motion_.view(),
+          group_sleep_.view(), point_sleep_.view(), group_active_.view(),  contact_.view(),
+          row_weight_.view(),  cube_list_.view(),   next_.view(),          recorded_.view(),
+          records_.view(),     moved_on_.view(),    used_.view(),          smallest_mass_kg_};
+}
+
+void BodyPairs::begin_frame(ExecContext& ctx) { ctx.fill_bytes(recorded_.view(), 0); }
+
+void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
+  const PairTable t = table();
+  const PairState s = state();
+  ctx.parallel_for("contact/bound patches", patches_.size(), BoundPatches{t, s});
+  ctx.parallel_for("contact/bound bodies", bodies_.size(), BoundBodies{t, s});
+  const Index touch_others = touch_others_ ? 1 : 0;
+  ctx.parallel_for("contact/bound cubes", patches_.size(), BoundCubes{t, s, touch_others});
+  ctx.parallel_for("contact/find pairs", groups_.size(),
+                   FindPairs{t, s, settings_.restitution, settings_.friction, touch_others});
+  ctx.parallel_for("contact/pair impulses", groups_.size(), PairImpulses{t, s, poses});
+  ctx.parallel_for("contact/move pairs", MovePairs::blocks(nodes_.size()), MovePairs{t, s});
+}
+
+/// Patch by patch: where cuts put a patch's list is its own history.
+void BodyPairs::archive_last_nodes(ExecContext& ctx, StateArchive& a) {
+  std::vector<Vec3f> all = to_host(ctx, last_x_.const_view()), listed;
+  for (Index patch = 0; patch < patch_nodes_.count(); ++patch) {
+    const IndexRange range = patch_nodes_.range(patch);
+    listed.insert(listed.end(), all.begin() + range.begin, all.begin() + range.end);
+  }
+  a.values("last nodes of patches", listed);
+  if (!a.reads()) return;
+  auto next = listed.begin();
+  for (Index patch = 0; patch < patch_nodes_.count(); ++patch) {
+    const IndexRange range = patch_nodes_.range(patch);
+    std::copy_n(next, range.end - range.begin, all.begin() + range.begin);
+    next += range.end - range.begin;
+  }
+  ctx.upload(all, last_x_.view());
+  ctx.synchronize();
+}
+
+void BodyPairs::archive(ExecContext& ctx, StateArchive& a) {
+  std::vector<PairContact> contact = to_host(ctx, contact_.const_view());
+  std::vector<std::uint32_t> list = to_host(ctx, cube_list_.const_view()),
+                             next = to_host(ctx, next_.const_view());
+  a.values("contacts", contact);
+  a.values("points in cubes", list);
+  a.values("next points in cubes", next);
+  const auto is_cube = [&](Index cube) { return cube >= -1 && cube < cubes_.size(); };
+  for (const PairContact& c : contact) a.check(is_cube(c.cube) && is_cube(c.anchor_cube), "contacts");
+  for (const auto* points : {&list, &next})
+    for (const std::uint32_t point : *points) a.check(point <= contact.size(), "points in cubes");
+  a.buffer(ctx, "active groups", group_active_);
+  archive_last_nodes(ctx, a);
+  a.buffer(ctx, "motion against itself", self_motion_);
+  a.buffer(ctx, "sleeping groups", group_sleep_);
+  a.buffer(ctx, "sleeping points", point_sleep_);
+  a.buffer(ctx, "weights of nodes", row_weight_);
+  if (!a.reads()) return;
+  ctx.upload(contact, contact_.view());
+  ctx.upload(list, cube_list_.view());
+  ctx.upload(next, next_.view());
+  ctx.synchronize();
+}
+
+void BodyPairs::end_frame(ExecContext& ctx) {
+  const Index n = bodies_.size();
+  for (Index a = 0; a < n; ++a) {
+    const Index first = first_point_[at(a)], count = first_point_[at(a) + 1] - first;
+    ctx.parallel_for("contact/pair totals", n,
+                     SumRecords{recorded_.const_view().part(first, count),
+                                records_.const_view().part(first, count), moved_on_.view().part(a * n, n),
+                                used_.view().part(a * n, n), totals_.view().part(a * n, n)});
+  }
+}
+
+std::vector<PairReaction> pair_reactions(std::span<const ColliderTotals> totals, Index bodies,
+                                         float dt_frame_s) {
+  std::vector<PairReaction> all;
+  for (Index a = 0; a < bodies; ++a) {
+    for (Index b = 0; b < bodies; ++b) {
+      const ColliderTotals &there = totals[at(a * bodies + b)], &back = totals[at(b * bodies + a)];
+      if (there.contacts + back.contacts == 0) continue;
+      const Vec3f impulse = there.impulse_N_s() - back.impulse_N_s(),
+                  moment = there.moment_N_m_s() - back.moment_N_m_s();
+      all.push_back({a,
+                     b,
+                     {b, impulse / dt_frame_s, moment / dt_frame_s, impulse,
+                      std::max(there.max_depth_m, back.max_depth_m),
+                      a == b ? there.contacts : there.contacts + back.contacts}});
+    }
+  }
+  return all;
+}
+
+}  // namespace tactus

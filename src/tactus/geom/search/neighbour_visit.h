@@ -1,0 +1,315 @@
+#pragma once
+/// Sums over neighbours, the inner loop of particle methods.
+#include "tactus/compute/wide_load.h"
+#include "tactus/geom/search/neighbour_cells.h"
+
+namespace tactus {
+
+/// Neighbours that a visit found, for the visits that follow while nothing moves. On a GPU there is one list
+/// a particle; on a CPU, one for the eight that are visited together. Where a list has no capacity cells are
+/// searched again, so sums don't depend on the capacity.
+struct NearLists {
+  static constexpr Index kCapacity = 64;  ///< a particle
+  static constexpr Index kFull = -1;
+  static constexpr Index kRow = 32;  ///< particles whose lists are interwoven on a GPU
+  View<Index> count;                 ///< by slot; on a CPU, of eight at the first's
+  View<Index> near;
+  TACTUS_HD static Index size(Index particles) { return ceil_div(particles, kRow) * kRow * kCapacity; }
+  TACTUS_HD Index& of_one(Index i, Index k) const {
+    return near[(i / kRow * kCapacity + k) * kRow + i % kRow];
+  }
+  TACTUS_HD View<Index> of_eight(Index first) const {
+    return near.part(first * kCapacity, kVisitLanes * kCapacity);
+  }
+};
+enum class ListUse : Index { none, write, read };
+
+/// Visits, for every particle of `of`, all particles of `among` within reach: a block kernel, launched with
+/// NeighbourSearch::groups(). `Pair` defines the sums:
+///
+///   struct Density {                                        // rho_i = sum_j m W(x_ij)
+///     template <int kLanes> struct Own { float rho[kLanes]; };          // one place for each of several i
+///     template <int kLanes> void begin(Own<kLanes>& own, int t, Index i) const;  // particle i is lane t
+///     template <int kLanes>
+///     void add(Own<kLanes>& own, int t, Index j, Vec3f d_m, float r2_m2, bool near) const;
+///     template <int kLanes> void end(const Own<kLanes>& own, int t, Index i) const;
+///   };
+///
+/// With `static constexpr bool kNearOnly = true`, add is called for neighbours in reach alone: for work that
+/// a loop over lanes can't do. With `static constexpr int kAtOnce = 4`, a GPU's thread loads four listed
+/// neighbours at once instead of eight: for work that needs the registers itself.
+///
+/// i and j are slots of the two searches, d = x_j - x_i; a particle is its own neighbour. `add` may be called
+/// for a j out of reach (at a finite distance), and must add exactly nothing then (select a zero: on a CPU,
+/// it runs for eight i at once). The order of the sums is that of NeighbourCells: the same bits on every
+/// device. A Pair may have load(), as kernels have.
+template <class Pair, ListUse kUse = ListUse::none>
+struct VisitNeighbours {
+  static constexpr int kThreads = kVisitLanes;
+  static constexpr int kGrain = 64;
+  using Shared = NoShared;
+  static constexpr Index kWidest = 2;  ///< cells from the first to the last particle of one run, at most
+
+  NeighbourCells of, among;
+  float reach_m2;
+  Pair pair;
+  NearLists lists = {};
+  /// (1), or empty: particles of `of` that were given from that number on are copies, and are left out.
+  View<const Index> first_copy = {};
+
+  TACTUS_HD void load() requires LoadingKernel<Pair> { pair.load(); }
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared&) const {
+    const Index first = b.index() * kThreads, lanes = min(of.placed[0] - first, Index(kThreads));
+    if constexpr (Block::kIsLoop) {
+      visit_together(first, lanes);
+    } else {
+      b.for_each_thread([&](int t) {
+        if (t < lanes) visit_alone(first + t);
+      });
+    }
+  }
+
+ private:
+  using Own1 = typename Pair::template Own<1>;
+  using Own8 = typename Pair::template Own<kThreads>;
+  struct Lanes {
+    float x[kThreads], y[kThreads], z[kThreads];
+  };
+  struct Runs {
+    SlotRun run[(kWidest + 3) * 9];
+    int count = 0;
+  };
+  /// Lanes side by side in a row of cells share their candidates.
+  struct Row {
+    int begin, end;  ///< lanes
+    Runs runs;
+    TACTUS_HD Row(int first) : begin(first), end(first + 1) {}
+  };
+
+  TACTUS_HD bool is_copy(Index i) const { return !first_copy.empty() && of.order[i] >= first_copy[0]; }
+
+  TACTUS_HD void visit_alone(Index i) const {
+    if (is_copy(i)) return;
+    const Vec3f x = of.particles[i].x_m;
+    Own1 own;
+    pair.begin(own, 0, i);
+    Index listed = NearLists::kFull;
+    if constexpr (kUse == ListUse::read) listed = lists.count[i];
+    if constexpr (kUse == ListUse::write) {
+      listed = list_alone(x, i);
+      lists.count[i] = listed;
+    }
+    if (kUse != ListUse::none && listed != NearLists::kFull)
+      add_listed_alone(own, x, i, listed);
+    else
+      among.template for_each_candidate<kUse != ListUse::none>(x, [&](Index j) {
+        const Vec3f d = load_constant(among.particles, j).x_m - x;
+        const float r2 = dot(d, d);
+        if (r2 <= reach_m2) pair.add(own, 0, j, d, r2, true);
+      });
+    pair.end(own, 0, i);
+  }
+  /// So many loads are under way at once. One after the other, a thread would wait for memory each time.
+  static constexpr int kListedAtOnce = 8;
+  static constexpr int at_once() {
+    if constexpr (requires { Pair::kAtOnce; })
+      return Pair::kAtOnce;
+    else
+      return kListedAtOnce;
+  }
+  TACTUS_HD Index list_alone(Vec3f x, Index i) const {
+    Index listed = 0;
+    if (!among.hash.holds(x)) return 0;
+    const Vec3i c = among.hash.cell(x), one{1, 1, 1};
+    among.for_each_run(c - one, c + one, [&](SlotRun run) {
+      TACTUS_ROLLED
+      for (Index first = run.first; first < run.last; first += kListedAtOnce) {
+        SearchParticle other[kListedAtOnce];
+        for (int u = 0; u < kListedAtOnce; ++u)
+          other[u] = load_constant(among.particles, min(first + u, run.last - 1));
+        for (int u = 0; u < kListedAtOnce; ++u) {
+          const Vec3f d = other[u].x_m - x;
+          if (first + u >= run.last || !(dot(d, d) <= reach_m2)) continue;
+          if (listed < NearLists::kCapacity) lists.of_one(i, listed) = first + u;
+          ++listed;
+        }
+      }
+    });
+    return listed <= NearLists::kCapacity ? listed : NearLists::kFull;
+  }
+  TACTUS_HD void add_listed_alone(Own1& own, Vec3f x, Index i, Index listed) const {
+    constexpr int kAtOnce = at_once();
+    Index k = 0;
+    TACTUS_ROLLED
+    for (; k + kAtOnce <= listed; k += kAtOnce) {
+      Index j[kAtOnce];
+      SearchParticle other[kAtOnce];
+      for (int u = 0; u < kAtOnce; ++u) j[u] = lists.of_one(i, k + u);
+      for (int u = 0; u < kAtOnce; ++u) other[u] = load_constant(among.particles, j[u]);
+      for (int u = 0; u < kAtOnce; ++u) {
+        const Vec3f d = other[u].x_m - x;
+        pair.add(own, 0, j[u], d, dot(d, d), true);
+      }
+    }
+    TACTUS_ROLLED
+    for (; k < listed; ++k) {
+      const Index j = lists.of_one(i, k);
+      const Vec3f d = load_constant(among.particles, j).x_m - x;
+      pair.add(own, 0, j, d, dot(d, d), true);
+    }
+  }
+
+  /// A particle out of one lane's reach adds nothing there.
+  TACTUS_HD void visit_together(Index first, int lanes) const {
+    Own8 own;
+    Lanes at;
+    Vec3i cell[kThreads];
+    for (int t = 0; t < kThreads; ++t) {
+      const Index i = first + min(t, lanes - 1);
+      const Vec3f x = of.particles[i].x_m;
+      at.x[t] = x.x, at.y[t] = x.y, at.z[t] = x.z;
+      cell[t] = among.hash.holds(x) ? among.hash.cell(x) : Vec3i{1 << 30, 1 << 30, 1 << 30};
+      pair.begin(own, t, i);
+    }
+    if (kUse == ListUse::read && lists.count[first] != NearLists::kFull) {
+      const View<const Index> list = lists.of_eight(first);
+      for (Index k = 0; k < lists.count[first];) {
+        const int begin = list[k], end = list[k + 1];
+        const Index last = list[k + 2];
+        add_listed(own, begin == 0 && end == lanes ? at : only(at, begin, end), list, k + kHead, last);
+        k = last;
+      }
+    } else {
+      Index listed = 0;
+      for (int a = 0; a < lanes;) {
+        const Row row = row_from(cell, a, lanes);
+        const Lanes in_row = a == 0 && row.end == lanes ? at : only(at, a, row.end);
+        const Index before = listed;
+        if constexpr (kUse == ListUse::write) write_row(row, at, lists.of_eight(first), listed);
+        if (kUse == ListUse::write && listed != NearLists::kFull)
+          add_listed(own, in_row, lists.of_eight(first), before + kHead, listed);
+        else
+          add_runs(own, in_row, row.runs);
+        a = row.end;
+      }
+      if (kUse == ListUse::write) lists.count[first] = listed;
+    }
+    for (int t = 0; t < lanes; ++t)
+      if (!is_copy(first + t)) pair.end(own, t, first + t);
+  }
+
+  TACTUS_HD Row row_from(const Vec3i* cell, int a, int lanes) const {
+    Row row(a);
+    Index low = cell[a].x, high = low;
+    for (; row.end < lanes && cell[row.end].y == cell[a].y && cell[row.end].z == cell[a].z; ++row.end) {
+      const Index x = cell[row.end].x, new_low = min(low, x), new_high = max(high, x);
+      if (new_high - new_low > kWidest) break;
+      low = new_low, high = new_high;
+    }
+    if (low == 1 << 30) return row;
+    among.for_each_run({low - 1, cell[a].y - 1, cell[a].z - 1}, {high + 1, cell[a].y + 1, cell[a].z + 1},
+                       [&](SlotRun run) {
+                         row.runs.run[row.runs.count] = run;
+                         row.runs.count += run.first < run.last ? 1 : 0;
+                       });
+    return row;
+  }
+  /// A list of lanes that are visited together has for each row {first lane, last lane, end} before the slots
+  /// of the particles near the box of these lanes.
+  static constexpr Index kHead = 3;
+  TACTUS_HD void write_row(const Row& row, const Lanes& at, View<Index> list, Index& listed) const {
+    if (listed == NearLists::kFull) return;
+    Vec3f low{at.x[row.begin], at.y[row.begin], at.z[row.begin]}, high = low;
+    for (int t = row.begin + 1; t < row.end; ++t) {
+      const Vec3f x{at.x[t], at.y[t], at.z[t]};
+      low = min(low, x), high = max(high, x);
+    }
+    const Index most = list.size() - kVisitLanes;
+    Index n = listed + kHead;
+    for (int r = 0; r < row.runs.count; ++r) {
+      const SlotRun run = row.runs.run[r];
+      for (Index first = run.first; first < run.last; first += kVisitLanes) {
+        Index is_near[kVisitLanes];
+#pragma omp simd
+        for (int t = 0; t < kVisitLanes; ++t) {
+          const Vec3f& p = among.particles.data()[first + t].x_m;  // there is capacity behind the last
+          const float px = p.x, py = p.y, pz = p.z;
+          const float x = max(low.x - px, px - high.x), y = max(low.y - py, py - high.y),
+                      z = max(low.z - pz, pz - high.z);
+          const float r2 = sqr(x > 0.F ? x : 0.F) + sqr(y > 0.F ? y : 0.F) + sqr(z > 0.F ? z : 0.F);
+          is_near[t] = r2 <= 1.0001F * reach_m2 ? 1 : 0;  // rounding
+        }
+        for (int t = run.last - first; t < kVisitLanes; ++t) is_near[t] = 0;
+        n = min(n, most);
+        for (int t = 0; t < kVisitLanes; ++t) {
+          list[n] = first + t;
+          n += is_near[t];
+        }
+      }
+    }
+    if (n >= most) {
+      listed = NearLists::kFull;
+      return;
+    }
+    list[listed] = row.begin;
+    list[listed + 1] = row.end;
+    list[listed + 2] = n;
+    listed = n;
+  }
+
+  /// Lanes outside of [begin, end) are far from everything, but finite: 0 times their distance is 0.
+  TACTUS_HD static Lanes only(const Lanes& at, int begin, int end) {
+    Lanes some = at;
+    for (int t = 0; t < kThreads; ++t)
+      if (t < begin || t >= end) some.x[t] = 1e18F;
+    return some;
+  }
+
+  TACTUS_HD void add_runs(Own8& own, const Lanes& at, const Runs& runs) const {
+    for (int r = 0; r < runs.count; ++r) {
+      for (Index j = runs.run[r].first; j < runs.run[r].last; ++j) add(own, at, j);
+    }
+  }
+  TACTUS_HD void add_listed(Own8& own, const Lanes& at, View<const Index> list, Index first,
+                            Index last) const {
+    for (Index k = first; k < last; ++k) add(own, at, list[k]);
+  }
+  TACTUS_HD TACTUS_ALWAYS_INLINE void add(Own8& own, const Lanes& at, Index j) const {
+    if constexpr (near_only())
+      add_near(own, at, j);
+    else
+      add_all(own, at, j);
+  }
+  TACTUS_HD void add_all(Own8& own, const Lanes& at, Index j) const {
+    const Vec3f x = among.particles[j].x_m;
+#pragma omp simd
+    for (int t = 0; t < kThreads; ++t) {
+      const float dx = x.x - at.x[t], dy = x.y - at.y[t], dz = x.z - at.z[t];
+      const float r2 = dx * dx + dy * dy + dz * dz;
+      pair.add(own, t, j, {dx, dy, dz}, r2, r2 <= reach_m2);
+    }
+  }
+  TACTUS_HD void add_near(Own8& own, const Lanes& at, Index j) const {
+    const Vec3f x = among.particles[j].x_m;
+    std::uint32_t near = 0;
+#pragma omp simd reduction(| : near)
+    for (int t = 0; t < kThreads; ++t) {
+      const float dx = x.x - at.x[t], dy = x.y - at.y[t], dz = x.z - at.z[t];
+      near |= dx * dx + dy * dy + dz * dz <= reach_m2 ? 1U << t : 0U;
+    }
+    for (; near != 0; near &= near - 1) {
+      const int t = std::countr_zero(near);
+      const Vec3f d{x.x - at.x[t], x.y - at.y[t], x.z - at.z[t]};
+      pair.add(own, t, j, d, dot(d, d), true);
+    }
+  }
+  static constexpr bool near_only() {
+    if constexpr (requires { Pair::kNearOnly; })
+      return Pair::kNearOnly;
+    else
+      return false;
+  }
+};
+
+}  // namespace tactus

@@ -1,0 +1,221 @@
+#include "tactus/sim/body/body_cut.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "tactus/geom/lattice/lattice_cut.h"
+#include "tactus/sim/body/soft_body.h"
+
+namespace tactus {
+namespace {
+
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+BodyShape with_cut_capacity(const BodyDescription& body, BodyShape shape) {
+  if (!body.cuttable) return shape;
+  const Index copies = body.cut_capacity.value_or(std::max(2000, shape.lattice.cube_count() / 4));
+  shape.lattice =
+      cut_lattice(shape.lattice, [](Vec3i, int) { return false; }, {.copies = copies, .nodes = 2 * copies});
+  // Capacity is made of elements: only those are cut.
+  shape.elements.resize(shape.lattice.cubes.size(), 1);
+  shape.material_of_cube.resize(shape.lattice.cubes.size(), 0);
+  return shape;
+}
+
+Index point_capacity(const CubeLattice& lattice) { return 6 * static_cast<Index>(lattice.copies.size()); }
+
+/// Walls of interior copies have a dozen triangles, those at the surface some more.
+SurfaceCapacity surface_capacity(const CubeLattice& lattice, const TriangleMesh& surface) {
+  const auto copies = static_cast<Index>(lattice.copies.size());
+  return {static_cast<Index>(surface.positions_m.size()) + 40 * copies,
+          static_cast<Index>(surface.triangles.size()) + 80 * copies};
+}
+
+void SoftBody::make_cuttable(ExecContext& ctx) {
+  const CubeLattice& lattice = shape_.lattice;
+  std::vector<std::uint8_t> is_driven(lattice.nodes.size()), may_cut;
+  for (const NodeMotion& motion : shape_.motions)
+    for (const Index node : motion.nodes) is_driven[at(node)] = 1;
+  for (std::size_t k = 0; k < shape_.loads.size(); ++k)
+    for (const Index node : tissue_.boundary().loads().nodes_of(k)) is_driven[at(node)] = 1;
+  for (Index c = 0; c < lattice.regular_cubes(); ++c) {
+    const auto& nodes = lattice.cube_nodes[at(c)];
+    const bool driven =
+        std::any_of(nodes.begin(), nodes.end(), [&](Index i) { return is_driven[at(i)] != 0; });
+    may_cut.push_back(shape_.elements[at(c)] != 0 && !driven ? 1 : 0);
+  }
+  const SurfaceCapacity capacity = surface_capacity(lattice, shape_.surface_m);
+  cutter_.emplace(lattice, std::move(may_cut), shape_.surface_m, to_host(ctx, surface_.anchors()),
+                  cut::CutSurface::Capacity{capacity.vertices, capacity.triangles});
+  cutter_->take_capacity_for(change_);
+}
+
+void SoftBody::make_points() {
+  const BodyBoundary boundary = body_boundary(shape_.lattice, shape_.surface_m, shape_.elements);
+  const Index capacity = point_capacity(shape_.lattice);
+  points_ = SlabPoints(tissue_, shape_.lattice, boundary, capacity);
+  if (is_cuttable())
+    cut_points_ = cut::CutPoints(shape_.lattice, boundary.points, boundary.anchors, boundary.bearing,
+                                 boundary.first_count, capacity);
+}
+
+/// Whether no point of the strip is in reach of the body.
+bool SoftBody::is_far(const cut::BladeStrip& strip) const {
+  if (!(motion_.mass_kg > 0)) return false;
+  const Vec3f low = vec_cast<float>(motion_.low_m), high = vec_cast<float>(motion_.high_m);
+  Box3f box{strip.begin_m.front(), strip.begin_m.front()};
+  for (const auto* points_m : {&strip.begin_m, &strip.end_m})
+    for (const Vec3f p : *points_m) box = {min(box.min, p), max(box.max, p)};
+  const Vec3f apart = max(box.min - high, low - box.max);
+  return max(apart.x, max(apart.y, apart.z)) > 3 * shape_.lattice.spacing_m;
+}
+
+cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
+                             const CutObserver& observer) {
+  cut::BladeTrail& trail = trails_[blade];
+  if (is_far(strip)) {
+    trail = {};
+    return {};
+  }
+  if (x_m_.empty()) x_m_ = positions_m(ctx);
+  const cut::CutReport report =
+      cutter_->cut(trail, strip, last_x_m_.empty() ? x_m_ : last_x_m_, x_m_, change_);
+  journal_origins_.resize(cutter_->lattice().journals().size(), {stroke_, cut_frame_});
+  if (change_.copies.empty()) return report;
+  follow(ctx, change_, observer);
+  surface_.update(ctx, tissue_.body());
+  return report;
+}
+
+void SoftBody::follow(ExecContext& ctx, const TopologyChange& change, const CutObserver& observer) {
+  tissue_.apply(change);
+  surface_.apply(ctx, change);
+  if (stroke_walls_.size() <= at(stroke_)) stroke_walls_.resize(at(stroke_) + 1);
+  for (const auto& wall : cutter_->surface().new_walls()) stroke_walls_[at(stroke_)].push_back(wall.corners);
+  if (wound_spacing_m_ > 0) wounds_.update(cutter_->lattice(), cutter_->surface(), change, stroke_);
+  for (const TopologyChange::Vertex& v : change.vertices) wall_changes_.vertices.insert(v.vertex);
+  for (const TopologyChange::Copy& copy : change.copies) wall_changes_.cubes.insert(copy.cube);
+  for (const TopologyChange::Triangle& t : change.triangles) wall_changes_.triangles.insert(t.triangle);
+  tactus::apply(change, shape_.lattice);
+  for (std::vector<Vec3f>* of_nodes : {&x_m_, &last_x_m_})
+    for (const TopologyChange::Node& node : change.nodes)
+      if (node.from >= 0 && !of_nodes->empty()) (*of_nodes)[at(node.node)] = (*of_nodes)[at(node.from)];
+  for (auto& [blade, trail] : trails_) trail.follow(change);
+  std::vector<PointChange> points;
+  if (points_.count() > 0) {
+    points = cut_points_.update(cutter_->lattice(), cutter_->surface(), change);
+    points_.apply(change, shape_.lattice, points);
+  }
+  for (const TopologyChange::Copy& copy : change.copies)
+    shape_.material_of_cube[at(copy.cube)] = shape_.material_of_cube[at(copy.copy.of)];
+  if (observer) observer(change, points);
+}
+
+std::span<const std::array<Vec3d, 3>> SoftBody::walls_of(Index stroke) const {
+  if (stroke_walls_.size() <= at(stroke)) return {};
+  return stroke_walls_[at(stroke)];
+}
+
+namespace {
+
+/// Vertices of a surface, and the cubes that move them.
+struct AnchoredVertices {
+  std::vector<Index> vertex, cube;
+  std::vector<Vec3f> local;
+  void add(Index v, const embed::Anchor& anchor) {
+    vertex.push_back(v);
+    cube.push_back(anchor.cube);
+    local.push_back(anchor.local);
+  }
+  std::vector<WallChange::Vertex> on(const CubeLattice& lattice) const {
+    const std::vector<EmbeddedPoint> embedded =
+        embed_points(lattice, std::vector<SpreadPoint>(vertex.size()), cube, local);
+    std::vector<WallChange::Vertex> all;
+    for (std::size_t k = 0; k < vertex.size(); ++k) {
+      const Vec3f rest = vec_cast<float>(lattice.cubes[at(cube[k])]) + local[k];
+      all.push_back({vertex[k], embedded[k], lattice.origin_m + lattice.spacing_m * rest});
+    }
+    return all;
+  }
+};
+
+}  // namespace
+
+WallChange SoftBody::walls(ExecContext& ctx) {
+  wall_changes_ = {};
+  AnchoredVertices vertices;
+  Index count = 0;
+  for (const embed::Anchor& anchor : to_host(ctx, surface_.anchors())) vertices.add(count++, anchor);
+  WallChange all{vertices.on(shape_.lattice), {}};
+  for (const auto& t : surface_.to_mesh(ctx).triangles)
+    all.triangles.push_back({static_cast<Index>(all.triangles.size()), t});
+  return all;
+}
+
+/// A vertex changes with the nodes of the cube that moves it, too.
+WallChange SoftBody::take_wall_change() {
+  const WallChangeIds ids = std::exchange(wall_changes_, {});
+  WallChange change;
+  if (ids.vertices.empty() && ids.cubes.empty()) return change;
+  const cut::CutSurface& surface = cutter_->surface();
+  AnchoredVertices vertices;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const embed::Anchor anchor = surface.anchor(cutter_->lattice(), v);
+    if (ids.vertices.contains(v) || ids.cubes.contains(anchor.cube)) vertices.add(v, anchor);
+  }
+  change.vertices = vertices.on(shape_.lattice);
+  for (const Index t : ids.triangles) change.triangles.push_back({t, surface.triangles()[at(t)]});
+  return change;
+}
+
+Index SoftBody::keep_wounds(float spacing_m) {
+  if (!is_cuttable() || !description_.bleeding) return 0;
+  wound_spacing_m_ = spacing_m;
+  const float h = shape_.lattice.spacing_m;
+  // A copy has a wall of some 1.2 h^2, in pieces of d^2, those at its edges in smaller ones.
+  const Index capacity = static_cast<Index>(shape_.lattice.copies.size()) * 2 *
+                         (2 + static_cast<Index>(1.5F * sqr(h / spacing_m)));
+  const double d = double{spacing_m} / double{h};
+  wounds_ = cut::CutWounds(d, d, capacity);
+  return capacity;
+}
+
+std::vector<WoundPiece> SoftBody::wound_pieces() const {
+  const CubeLattice& lattice = shape_.lattice;
+  const double d = double{wound_spacing_m_} / double{lattice.spacing_m};
+  std::vector<WoundPiece> all;
+  for (const cut::WallPiece& from : wounds_.pieces()) {
+    WoundPiece& to = all.emplace_back();
+    const Index regular = cutter_->lattice().regular_of(from.cube);
+    const auto& nodes = lattice.cube_nodes[at(from.cube)];
+    std::copy(nodes.begin(), nodes.end(), to.node);
+    const Vec3d low = vec_cast<double>(lattice.cubes[at(regular)]),
+                aside = std::abs(from.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0},
+                along = normalized(cross(aside, from.normal));
+    to.local = vec_cast<float>(from.p - low);
+    to.along = vec_cast<float>(along);
+    to.across = vec_cast<float>(cross(from.normal, along));
+    to.at_skin = wounds_.is_near_skin(from) ? 1 : 0;
+    to.rim = vec_cast<float>(from.p + (from.depth + 0.5 * d) * from.skin - low);
+    to.area_m2 = from.area_m2;
+    if (!shape_.bleeding_of_cube.empty()) to.factor = shape_.bleeding_of_cube[at(regular)];
+    to.stroke = std::min(from.stroke, kStrokes - 1);
+  }
+  return all;
+}
+
+void SoftBody::follow_cut(BodyPoint& point) const {
+  const Index regular = cutter_->lattice().regular_of(point.cube);
+  const Vec3d p = vec_cast<double>(shape_.lattice.cubes[at(regular)]) + vec_cast<double>(point.local);
+  point.cube = cutter_->surface().leaf(regular, p);
+  point.nodes = shape_.lattice.cube_nodes[at(point.cube)];
+}
+
+SoftBody::CutState SoftBody::cut_state(ExecContext& ctx) const {
+  return {cutter_->lattice().part_count(), cutter_->lattice().copies_in_use(),
+          cutter_->closed_volumes_m3(positions_m(ctx))};
+}
+
+}  // namespace tactus

@@ -1,0 +1,111 @@
+// Cuts of a body, for runs that go on from a checkpoint.
+#include <algorithm>
+#include <utility>
+
+#include "tactus/sim/body/soft_body.h"
+
+namespace tactus {
+namespace {
+
+using Journal = cut::LatticeCutter::Journal;
+
+/// Nothing in a file decides how much memory is taken: more than these no body has.
+constexpr Index kMostJournals = 1 << 20, kMostTrailPoints = 1 << 16, kMostTrails = 1 << 10,
+                kMostStrokes = 1 << 20;
+
+Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
+
+template <class T>
+void archive_list(StateArchive& a, const char* name, std::vector<T>& list, Index most) {
+  Index count = size_of(list);
+  a.value("how many", count);
+  a.check(count >= 0 && count <= most, name);
+  list.resize(static_cast<std::size_t>(count));
+  a.values(name, list);
+}
+
+}  // namespace
+
+void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const CutObserver& observer,
+                            const std::function<void()>& end_frame) {
+  a.set_owner("cuts of body '" + name() + "'");
+  std::vector<Index> edges_of, cubes_of, cubes;
+  std::vector<Journal::Edge> edges;
+  for (const Journal& journal : cutter_->lattice().journals()) {
+    edges_of.push_back(size_of(journal.edges));
+    cubes_of.push_back(size_of(journal.cubes));
+    edges.insert(edges.end(), journal.edges.begin(), journal.edges.end());
+    cubes.insert(cubes.end(), journal.cubes.begin(), journal.cubes.end());
+  }
+  std::vector<JournalOrigin> origins = journal_origins_;
+  // A cube has 19 edges and diagonals, each cut once; it is listed with each of them at most.
+  const Index most = 19 * shape_.lattice.cube_count();
+  archive_list(a, "edges of strips", edges_of, kMostJournals);
+  archive_list(a, "cubes of strips", cubes_of, size_of(edges_of));
+  archive_list(a, "edges that are cut", edges, most);
+  archive_list(a, "cubes with cut edges", cubes, 8 * most);
+  a.check(edges_of.size() == cubes_of.size(), "cubes of strips");
+  archive_list(a, "strokes of strips", origins, size_of(edges_of));
+  a.check(edges_of.size() == origins.size(), "strokes of strips");
+  archive_list(a, "nodes when blades cut last", last_x_m_, shape_.lattice.node_count());
+  a.check(last_x_m_.empty() || size_of(last_x_m_) == shape_.lattice.node_count(),
+          "nodes when blades cut last");
+  std::vector<cut::LatticeCutter::KeptOff> kept_off = cutter_->lattice().kept_off();
+  archive_list(a, "nodes that are kept off blades", kept_off, shape_.lattice.node_count());
+  archive_trails(a);
+  if (!a.reads()) return;
+  auto trails = std::exchange(trails_, {});
+  auto edge = edges.begin();
+  auto cube = cubes.begin();
+  for (std::size_t k = 0; k < edges_of.size(); ++k) {
+    a.check(edges_of[k] >= 0 && edges_of[k] <= edges.end() - edge, "edges of strips");
+    a.check(cubes_of[k] >= 0 && cubes_of[k] <= cubes.end() - cube, "cubes of strips");
+    const Journal journal{{edge, edge + edges_of[k]}, {cube, cube + cubes_of[k]}};
+    edge += edges_of[k];
+    cube += cubes_of[k];
+    a.check(origins[k].stroke >= 0 && origins[k].stroke < kMostStrokes, "strokes of strips");
+    begin_stroke(origins[k].stroke, origins[k].frame);
+    journal_origins_.push_back(origins[k]);
+    cutter_->cut(journal, change_);
+    const std::vector<Vec3f> last_x_m = last_x_m_;
+    if (!change_.copies.empty()) follow(ctx, change_, observer);
+    last_x_m_ = last_x_m;
+    if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
+  }
+  cutter_->keep_off(kept_off);
+  trails_ = std::move(trails);
+  surface_.update(ctx, tissue_.body());
+}
+
+void SoftBody::archive_trails(StateArchive& a) {
+  Index count = size_of(trails_);
+  a.value("trails of blades", count);
+  a.check(count >= 0 && count <= kMostTrails, "trails of blades");
+  std::vector<std::pair<std::size_t, cut::BladeTrail>> trails(trails_.begin(), trails_.end());
+  trails.resize(static_cast<std::size_t>(count));
+  for (auto& [blade, trail] : trails) {
+    std::uint64_t number = blade;
+    a.value("blade", number);
+    blade = static_cast<std::size_t>(number);
+    a.value("last strip", trail.frame);
+    a.value("steps of the blade", trail.steps);
+    a.value("turn of the body", trail.turn);
+    archive_list(a, "last edge", trail.edge, kMostTrailPoints);
+    archive_list(a, "parts of the edge", trail.parts, kMostTrailPoints);
+    archive_list(a, "nodes of the trail", trail.nodes, shape_.lattice.node_count());
+    archive_list(a, "names of nodes", trail.names, shape_.lattice.node_count());
+    Index points = 1;
+    for (const int part : trail.parts) {
+      a.check(part >= 1 && part <= 200, "parts of the edge");
+      points += part;
+    }
+    const bool is_empty = trail.nodes.empty() && trail.edge.empty();
+    a.check(
+        is_empty || (size_of(trail.edge) == points && size_of(trail.nodes) == shape_.lattice.node_count()),
+        "last edge");
+    a.check(trail.names.size() == trail.nodes.size(), "names of nodes");
+  }
+  trails_ = {trails.begin(), trails.end()};
+}
+
+}  // namespace tactus

@@ -1,0 +1,40 @@
+#pragma once
+/// From a scene's description of a body to its surface, its cubes and their materials.
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tactus/geom/lattice/label_volume.h"
+#include "tactus/sim/scene.h"
+#include "tactus/tissue/boundary/driven_nodes.h"
+#include "tactus/tissue/boundary/surface_loads.h"
+#include "tactus/tissue/hybrid/hybrid.h"
+
+namespace tactus {
+
+/// File contents that shapes need, by the body's name; in the file's own coordinates, metres.
+struct BodyAssets {
+  std::map<std::string, TriangleMesh> meshes = {};
+  std::map<std::string, LabelVolume> labels = {};
+  std::map<std::string, TriangleMesh> obstacle_meshes = {};  ///< by the obstacle's name
+  std::map<std::string, TriangleMesh> blade_meshes = {};     ///< by the blade's name
+};
+
+/// A body's shape, placed in the world, and the materials of its cubes.
+struct BodyShape {
+  TriangleMesh surface_m;  ///< closed, world
+  CubeLattice lattice;     ///< with masses and the fixed nodes of the description
+  ElementMask elements;
+  std::vector<ElasticMaterial> materials;
+  std::vector<std::uint8_t> material_of_cube;
+  std::vector<float> bleeding_of_cube;  ///< factor of the body's rate, per regular cube; empty: 1
+  std::vector<NodeMotion> motions;
+  std::vector<SurfaceLoad> loads;
+  std::vector<std::string> warnings;  ///< oddities that are probably not meant
+};
+/// @param memory_bytes of the device: spacings whose fields would not fit are refused
+/// @throws Error naming the body for a shape that cannot become a lattice (mesh that bounds no solid, spacing
+/// larger than the body, ...) and for regions that would do nothing.
+BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets, double memory_bytes = 8e9);
+
+}  // namespace tactus

@@ -1,0 +1,96 @@
+// Stages of a soft body in a frame.
+#include "tactus/sim/body/soft_body.h"
+
+namespace tactus {
+
+void SoftBody::add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world,
+                          Vec3f gravity_m_s2) {
+  ExecContext& ctx = devices_.context(0);
+  const BodyStep step{.gravity_m_s2 = gravity_m_s2,
+                      .drag_per_s = static_cast<float>(description_.material.drag_per_s),
+                      .full_stiffness = full_stiffness_,
+                      .matching_every = matching_every()};
+  tissue_.follow(schedule.frame());
+  tissue_.add_reports(readback);
+  schedule.add({.name = stage("begin"),
+                .timed_as = "begin",
+                .rate = Rate::before,
+                .devices = stage_devices(),
+                .updates = {nodes_resource()},
+                .submit = [this, &ctx](BlockPlace) { begin_stage(ctx); }});
+  schedule.add({.name = stage("step"),
+                .timed_as = "bodies",
+                .rate = Rate::substep,
+                .period = matching_every(),
+                .devices = stage_devices(),
+                .updates = {nodes_resource()},
+                .submit = [this, step](BlockPlace at) { tissue_.substep(step, at.substep, at.count); }});
+  if (points_.count() > 0) add_contact_stages(schedule, readback, world);
+  const bool acted_on = !is_untouched() || !shape_.motions.empty() || !shape_.loads.empty();
+  if (acted_on)
+    schedule.add({.name = stage("check nodes"),
+                  .timed_as = "bodies",
+                  .rate = Rate::substep,
+                  .devices = stage_devices(),
+                  .writes = {stage("node check record")},
+                  .reads = {nodes_resource()},
+                  .submit = [this](BlockPlace at) { tissue_.check_nodes(at.substep, at.count); }});
+  schedule.add({.name = stage("end"),
+                .timed_as = "end",
+                .rate = Rate::after,
+                .devices = stage_devices(),
+                .writes = {stage("report")},
+                .updates = {nodes_resource()},
+                .submit = [this](BlockPlace) {
+                  tissue_.end_substeps(0);
+                  tissue_.end_frame(0);
+                }});
+  schedule.add({.name = stage("embed"),
+                .timed_as = "embed",
+                .rate = Rate::end,
+                .writes = {stage("surface")},
+                .reads = {nodes_resource()},
+                .submit = [this, &ctx](BlockPlace) { surface_.update(ctx, tissue_.body()); }});
+}
+
+void SoftBody::begin_stage(ExecContext& ctx) {
+  ctx.copy(tissue_.body().x_m.const_view(), frame_begin_x_m_.view());
+  tissue_.begin_frame();
+  tissue_.begin_substeps();
+}
+
+void SoftBody::add_contact_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world) {
+  const Resource records = stage("contact records");
+  schedule.add({.name = stage("push out"),
+                .timed_as = "begin",
+                .rate = Rate::before,
+                .devices = stage_devices(),
+                .updates = {nodes_resource(), records},
+                .reads = {"contact/poses"},
+                .submit = [this, &world](BlockPlace) { points_.begin_frame(world); }});
+  // Where shape matching goes several substeps at once, the points that it alone moves touch once for all of
+  // them, where the surface will be at their end.
+  schedule.add(
+      {.name = stage("touch"),
+       .timed_as = "bodies",
+       .rate = Rate::substep,
+       .period = matching_every(),
+       .devices = stage_devices(),
+       .updates = {nodes_resource(), records},
+       .submit = [this, &world](BlockPlace at) { points_.correct(world, at.substep, matching_every()); }});
+  schedule.add({.name = stage("contact sums"),
+                .timed_as = "end",
+                .rate = Rate::after,
+                .devices = stage_devices(),
+                .writes = {contact_resource()},
+                .updates = {records},
+                .submit = [this](BlockPlace) { points_.end_frame(); }});
+  points_.add_reports(readback);
+}
+
+ContactReport SoftBody::contact(const Readback& readback, float dt_frame_s, int substeps) const {
+  if (points_.count() == 0) return {};
+  return contact_report(points_.totals(readback), dt_frame_s, substeps);
+}
+
+}  // namespace tactus
