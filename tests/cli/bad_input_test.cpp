@@ -179,7 +179,7 @@ TEST_F(BadInput, VideosOfDifferentLengthsGoOnToTheShortestAndSaySo) {
                                   {.name = "b", .video = "b.avi", .empty @0capacity = "capacity.avi"}}),
                              "--workspace=-1,-1,-1,1,1,1"));
   EXPECT_EQ(o.code, 0) << o.text;
-  EXPECT_TRUE(has(o.text, "warning: " + told)) << o.text;
+  EXPECT_TRUE(has(o.text, "warning: " + reported)) << o.text;
   const nlohmann::json json = read_json("out.json");
   ASSERT_EQ(json["frames"].size(), 3U);
   EXPECT_TRUE(has(json["frames"][0]["status"], reported)) << json["frames"][0]["status"];

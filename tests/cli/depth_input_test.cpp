@@ -223,13 +223,13 @@ TEST_F(DepthInput, PhotosOfAnotherSizeThanTheMasks) {
 TEST_F(DepthInput, CapacitiesThatAreTooSmallAreRefused) {
   synth("sphere");
   for (const char* flag : {"--max-vertices", "--max-triangles", "--max-active-bricks"}) {
-    const std::string reported = ", room for 90: raise " + std::string(flag) + " to ";
+    const std::string reported = ", capacity for 90: raise " + std::string(flag) + " to ";
     const std::string text = run_tactus(reconstruct(std::string(flag) + " 90")).text;
-    expect_refused(reconstruct(std::string(flag) + " 90"), 1, {told, "its mesh would be open"});
+    expect_refused(reconstruct(std::string(flag) + " 90"), 1, {reported, "its mesh would be open"});
     expect_refused(reconstruct(std::string(flag) + " -3"), 2,
                    {std::string(flag) + " -3: expected 1 to 2^30"});
     // What the remedy says cures it.
-    const std::string remedy = text.substr(text.find(reported) + told.size());
+    const std::string remedy = text.substr(text.find(reported) + reported.size());
     EXPECT_EQ(frame(std::string(flag) + " " + remedy.substr(0, remedy.find(' ')))["status"], "") << flag;
   }
   expect_refused(reconstruct("--depth-jump-m 0"), 2, {"--depth-jump-m", "expected > 0 to 100 m"});

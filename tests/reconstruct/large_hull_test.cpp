@@ -307,7 +307,7 @@ TEST_P(Numbering, IsTheSumOfAllBefore) {
   ExecContext& ctx = set.context(0);
   std::mt19937 random(3);
   // Nothing, one, a component of the kernel, several and a rest; and more than there is capacity for.
-  for (const Index counted : {0, 1, 700, NumberBricks::kComponent, 3 * NumberBricks::kComponent + 77}) {
+  for (const Index counted : {0, 1, 700, NumberBricks::kPiece, 3 * NumberBricks::kPiece + 77}) {
     for (const Index missing : {0, 5}) {
       const Index capacity = std::max(counted - missing, 1), own = counted / 2;
       std::vector<std::uint64_t> counts(static_cast<std::size_t>(capacity + 1)), expected(counts.size());

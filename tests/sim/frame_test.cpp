@@ -116,7 +116,7 @@ double used_on_gpus_MB() {
   std::FILE* reported =
       popen("nvidia-smi --query-gpu=memory.used --format=csv,noheader,nounits 2>/dev/null", "r");
   if (reported == nullptr) return 0;
-  for (double used = 0; std::fscanf(told, "%lf", &used) == 1;) sum += used;
+  for (double used = 0; std::fscanf(reported, "%lf", &used) == 1;) sum += used;
   pclose(reported);
   return sum;
 }

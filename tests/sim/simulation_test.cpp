@@ -107,7 +107,7 @@ TEST(Simulation, TooLittleCapacityNamesTheKeyThatGivesIt) {
   const std::string text = status();
   const std::size_t at = text.find(reported);
   ASSERT_NE(at, std::string::npos) << text;
-  scene.reconstruction.max_vertices = std::stoi(text.substr(at + told.size()));
+  scene.reconstruction.max_vertices = std::stoi(text.substr(at + reported.size()));
   EXPECT_EQ(status(), "");
 }
 

@@ -81,7 +81,7 @@ void finish_run(const RunOptions& options, const Scene& scene, const FrameSource
   if (loop.open_frames() > 0)
     throw Error(
         std::to_string(loop.open_frames()) + " of " + std::to_string(loop.frames()) +
-        " frames had too little room for the real surface: it was open, and no mesh of it was written "
+        " frames had too little capacity for the real surface: it was open, and no mesh of it was written "
         "(the warnings above name the keys to raise)");
 }
 
