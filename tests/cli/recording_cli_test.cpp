@@ -51,8 +51,8 @@ TEST_F(RecordingCli, KilledWhileRecordingItReplaysToTheLastWholeSet) {
   const int frames = json["frames"];
   EXPECT_GE(frames, 6);
   const std::string reported = json["statuses"][0];
-  EXPECT_TRUE(reported.starts_with("the recording is not whole: it was cut off after " + std::to_string(frames) +
-                               " frames, at byte "))
+  EXPECT_TRUE(reported.starts_with("the recording is not whole: it was cut off after " +
+                                   std::to_string(frames) + " frames, at byte "))
       << reported;
   EXPECT_EQ(hash_of("--devices cpu --frames " + std::to_string(frames)), replayed);
 }

@@ -115,7 +115,8 @@ TEST(MeshDialects, BytesBehindABinaryStl) {
   const std::string path = folder.write("b.stl", bytes + "\r\nmade by someone");
   expect_litres(read_mesh(path), 1);
   const std::string reported = testing::internal::GetCapturedStderr();
-  EXPECT_NE(reported.find(path + ": 17 bytes behind its 12 triangles are not read"), reported.npos) << reported;
+  EXPECT_NE(reported.find(path + ": 17 bytes behind its 12 triangles are not read"), reported.npos)
+      << reported;
 }
 
 TEST(MeshDialects, ObjLinesGoOnBehindABackslash) {

@@ -12,7 +12,7 @@
 #include "tactus/base/vec.h"
 #include "tactus/compute/fold.h"
 #include "tactus/frame/frame_params.h"
-#include "tactus/geom/index_lists.h"
+#include "tactus/geom/arrays/index_lists.h"
 
 namespace tactus {
 
@@ -149,7 +149,7 @@ struct MeasureFilmTriangles {
     out.gy = dot(g, cross(n, e1));
     out.gn = -dot(g, n);
     out.is_closed = mark[a] == 0 || mark[b] == 0 || mark[c] == 0 ? 1 : 0;
-    // Of the two eigenvalues of a triangle's stiffness, the sum is s = sum of l^2 / (4 area) and the product
+    // The two eigenvalues of a triangle's stiffness have the sum s = sum of l^2 / (4 area) and the product
     // 3/4; each corner bears a third of the area.
     const float c2 = sqr(out.cx) + sqr(out.cy), b2 = sqr(out.bx), a2 = sqr(out.cx - out.bx) + sqr(out.cy);
     const float s = (a2 + b2 + c2) / (4 * out.area_m2());
