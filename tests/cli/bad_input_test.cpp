@@ -45,10 +45,9 @@ class BadInput : public ProgramTest {
   }
   void expect_video_refused(const std::string& video, const std::vector<std::string>& parts,
                             int code = 1) const {
-    write_video(path("capacity.avi"), Scene::empty @0capacity, 2);
-    expect_refused(
-        reconstruct("videos", rig({{.name = "left", .video = video, .empty @0capacity = "capacity.avi"}})),
-        code, parts);
+    write_video(path("room.avi"), Scene::empty_room, 2);
+    expect_refused(reconstruct("videos", rig({{.name = "left", .video = video, .empty_room = "room.avi"}})),
+                   code, parts);
   }
   void expect_calibration_refused(const Calibration& calibration,
                                   const std::vector<std::string>& parts) const {
@@ -95,9 +94,9 @@ TEST_F(BadInput, SurfacesThatNeedMoreCapacityAreClosedOrRefused) {
 /// The test's videos have 25 frames a second, and so has the film of a run, whose scene says nothing.
 TEST_F(BadInput, FilmsHaveTheRateOfTheRecording) {
   for (const char* name : {"a.avi", "b.avi"}) write_video(path(name), Scene::object, 3);
-  write_video(path("capacity.avi"), Scene::empty @0capacity, 2);
-  rig({{.name = "left", .video = "a.avi", .empty @0capacity = "capacity.avi"},
-       {.name = "right", .video = "b.avi", .empty @0capacity = "capacity.avi"}});
+  write_video(path("room.avi"), Scene::empty_room, 2);
+  rig({{.name = "left", .video = "a.avi", .empty_room = "room.avi"},
+       {.name = "right", .video = "b.avi", .empty_room = "room.avi"}});
   write("s.yaml",
         "source: {kind: videos, path: rig.yaml}\nreconstruction: {resolution: 16, workspace_m: {min_m: [-2, "
         "-2, -2], max_m: [2, 2, 2]}}\nview: {size_px: [64, "
@@ -162,22 +161,21 @@ TEST_F(BadInput, VideosThatCantBeUsed) {
                        {path("small.avi") + ": the video has 32x48 pixels", "image_size_px is 64x64"});
   expect_video_refused("", {"camera 'left': has no 'video'"}, 2);
   expect_refused(reconstruct("videos", rig({{.name = "left", .video = "video.avi"}})), 2,
-                 {"camera 'left': has no 'empty@0capacity'"});
+                 {"camera 'left': has no 'empty_room'"});
   expect_refused(
-      reconstruct("videos", rig({{.name = "left", .video = "video.avi", .empty @0capacity = "bad.avi"}})), 1,
+      reconstruct("videos", rig({{.name = "left", .video = "video.avi", .empty_room = "bad.avi"}})), 1,
       {"camera 'left': " + path("bad.avi") + ": not a video that can be read"});
 }
 
 TEST_F(BadInput, VideosOfDifferentLengthsGoOnToTheShortestAndSaySo) {
   write_video(path("a.avi"), Scene::object, 5);
   write_video(path("b.avi"), Scene::object, 3);
-  write_video(path("capacity.avi"), Scene::empty @0capacity, 2);
+  write_video(path("room.avi"), Scene::empty_room, 2);
   const std::string reported = "the videos differ in length: camera 'b' has 3 frames, camera 'a' has 5";
-  const Outcome o =
-      run_tactus(reconstruct("videos",
-                             rig({{.name = "a", .video = "a.avi", .empty @0capacity = "capacity.avi"},
-                                  {.name = "b", .video = "b.avi", .empty @0capacity = "capacity.avi"}}),
-                             "--workspace=-1,-1,-1,1,1,1"));
+  const Outcome o = run_tactus(reconstruct("videos",
+                                           rig({{.name = "a", .video = "a.avi", .empty_room = "room.avi"},
+                                                {.name = "b", .video = "b.avi", .empty_room = "room.avi"}}),
+                                           "--workspace=-1,-1,-1,1,1,1"));
   EXPECT_EQ(o.code, 0) << o.text;
   EXPECT_TRUE(has(o.text, "warning: " + reported)) << o.text;
   const nlohmann::json json = read_json("out.json");
@@ -187,8 +185,8 @@ TEST_F(BadInput, VideosOfDifferentLengthsGoOnToTheShortestAndSaySo) {
 
 TEST_F(BadInput, FramesBeyondARecordingAreRefused) {
   write_video(path("a.avi"), Scene::object, 5);
-  write_video(path("capacity.avi"), Scene::empty @0capacity, 2);
-  const std::vector<RigCamera> videos{{.name = "a", .video = "a.avi", .empty @0capacity = "capacity.avi"}};
+  write_video(path("room.avi"), Scene::empty_room, 2);
+  const std::vector<RigCamera> videos{{.name = "a", .video = "a.avi", .empty_room = "room.avi"}};
   const std::string holds = path("rig.yaml") + ": frames ";
   expect_refused(reconstruct("videos", rig(videos), "--frames 2-99"), 2,
                  {holds + "2-99 are asked for, but the recording holds frames 0-4; 2- is all from there"});
@@ -343,26 +341,26 @@ TEST_F(BadMiddlebury, Photos) {
 }
 
 TEST_F(BadInput, BlackAndWhiteVideosHaveAStatus) {
-  write_video(path("capacity.avi"), Scene::empty @0capacity, 3);
+  write_video(path("room.avi"), Scene::empty_room, 3);
   write_video(path("white.avi"), Scene::everything, 3);
   // No frame shows anything: the measures are written, and the command fails.
   const auto frame_of = [&](const std::string& a, const std::string& b) {
-    const Outcome o = run_tactus(
-        reconstruct("videos", rig({{.name = "a", .video = a, .empty @0capacity = "capacity.avi"},
-                                   {.name = "b", .video = b, .empty @0capacity = "capacity.avi"}})));
+    const Outcome o =
+        run_tactus(reconstruct("videos", rig({{.name = "a", .video = a, .empty_room = "room.avi"},
+                                              {.name = "b", .video = b, .empty_room = "room.avi"}})));
     EXPECT_EQ(o.code, 1) << o.text;
     return read_json("out.json")["frames"].at(2);
   };
-  const nlohmann::json black = frame_of("capacity.avi", "capacity.avi");
+  const nlohmann::json black = frame_of("room.avi", "room.avi");
   EXPECT_EQ(black["triangles"], 0);
   EXPECT_EQ(black["volume_m3"], 0);
   EXPECT_EQ(black["iou_mean"], 0);
   EXPECT_TRUE(has(black["status"], "camera 'a': the mask is all black; camera 'b': the mask is all black"));
-  EXPECT_EQ(frame_of("white.avi", "capacity.avi")["triangles"], 0);
+  EXPECT_EQ(frame_of("white.avi", "room.avi")["triangles"], 0);
   // The hull would be the workspace: nothing can be right.
-  const Outcome white = run_tactus(
-      reconstruct("videos", rig({{.name = "a", .video = "white.avi", .empty @0capacity = "capacity.avi"},
-                                 {.name = "b", .video = "white.avi", .empty @0capacity = "capacity.avi"}})));
+  const Outcome white =
+      run_tactus(reconstruct("videos", rig({{.name = "a", .video = "white.avi", .empty_room = "room.avi"},
+                                            {.name = "b", .video = "white.avi", .empty_room = "room.avi"}})));
   EXPECT_EQ(white.code, 1) << white.text;
   for (const char* part :
        {"warning: camera 'a': the mask is all white\nwarning: camera 'b': the mask is all white\n",

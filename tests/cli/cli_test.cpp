@@ -229,7 +229,7 @@ TEST_F(Cli, SynthWritesWhatReconstructReads) {
     EXPECT_LT(ratio, 1.2);
     EXPECT_GT(frames[i]["iou_min"].get<double>(), 0.97);
     EXPECT_EQ(frames[i]["view_scores"].size(), 6U);
-    EXPECT_GE(frames[i]["components"].size(), 1U);
+    EXPECT_GE(frames[i]["motions"].size(), 1U);
     EXPECT_EQ(frames[i]["status"], "");
   }
   for (const char* file :

@@ -165,7 +165,7 @@ Flood flood(const std::string& devices_text, std::uint64_t seed, LiquidModel sol
   for (Index p = 0; p < liquid.part_count(); ++p)
     result.of_part.push_back(static_cast<std::size_t>(std::count_if(
         result.liquid.begin(), result.liquid.end(),
-        [&](const LiquidParticle& particle) { return liquid.slabs().collider(particle.x_m) == p; })));
+        [&](const LiquidParticle& particle) { return liquid.slabs().owner(particle.x_m) == p; })));
   return result;
 }
 

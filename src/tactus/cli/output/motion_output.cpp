@@ -111,7 +111,7 @@ void MotionOutput::add(const MeshView& surface, const TriangleMesh& mesh, const 
   nlohmann::json list = nlohmann::json::array();
   for (std::size_t i = 0; i < components.components.size(); ++i)
     list.push_back(describe(components.components[i], number[i]));
-  row["components"] = std::move(list);
+  row["motions"] = std::move(list);
   const Figure* truth = source.truth();
   if (truth == nullptr || !(dt_s > 0)) return;
   std::vector<Vec3f> velocities;
