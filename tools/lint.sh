@@ -79,6 +79,19 @@ else
   failed=1
 fi
 
+# Sources of libraries that a build may lack, as such a build compiles them: CI has all libraries, so nothing else would see it.
+without_libraries() {
+  g++ -std=c++20 -fsyntax-only -Isrc -isystem /usr/include/opencv4 -march=x86-64-v3 "$1" 2>"$scratch/without-$(basename "$1").log" ||
+    { echo "without its library, $1 does not compile:"; grep -m3 error "$scratch/without-$(basename "$1").log"; return 1; }
+}
+export -f without_libraries
+mapfile -t optional < <(git grep -lE 'TACTUS_WITH_[A-Z0-9]+' -- 'src/*.cpp')
+if printf '%s\n' "${optional[@]}" | xargs -P "$(nproc)" -I{} bash -c 'without_libraries {}'; then
+  echo "optional libraries: ${#optional[@]} sources compile without theirs"
+else
+  failed=1
+fi
+
 if have clang-tidy tidy; then
   if [ -z "$base" ]; then
     tools/tidy.py src bench || failed=1
