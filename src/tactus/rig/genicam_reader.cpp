@@ -86,6 +86,7 @@ class GenicamReader final : public PictureReader {
   /// Takes the newest of the pictures that wait. A software trigger is fired first.
   bool read(cv::Mat& bgr) override {
     if (trigger_ == PictureTrigger::software) {
+      drop_waiting();  // the picture of an earlier trigger, which came too late for its own call
       Outcome fired(name_);
       arv_camera_software_trigger(camera_.get(), &fired);
       fired.check();
@@ -150,6 +151,10 @@ class GenicamReader final : public PictureReader {
     for (int i = 0; i < kBuffers; ++i) arv_stream_push_buffer(stream_.get(), arv_buffer_new(bytes, nullptr));
     arv_camera_start_acquisition(camera_.get(), &done);
     done.check();
+  }
+  void drop_waiting() {
+    while (ArvBuffer* late = arv_stream_try_pop_buffer(stream_.get()))
+      arv_stream_push_buffer(stream_.get(), late);
   }
   /// Numbers that begin again go on here.
   void count(std::int64_t id) {
