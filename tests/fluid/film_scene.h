@@ -4,6 +4,7 @@
 #include <functional>
 #include <numeric>
 #include <random>
+#include <set>
 #include <vector>
 
 #include "tactus/fluid/film/film.h"
@@ -41,7 +42,7 @@ struct Sheet {
       }
     link();
   }
-  /// Of each vertex's cell: a third of its triangles.
+  /// The area of each vertex's cell: a third of its triangles.
   std::vector<double> areas_m2() const {
     std::vector<double> area(x_m.size(), 0.0);
     for (std::size_t k = 0; k < corners.size(); k += 3) {
@@ -92,6 +93,7 @@ class SheetFilm {
             lists_.const_view(), incident_.const_view()};
   }
   void move(const std::vector<Vec3f>& x_m) { x_ = to_device(ctx_, x_m); }
+  View<const FrameParams> frame() const { return frame_.const_view(); }
   void step() { film.step(ctx_, surface(), frame_.const_view()); }
   std::vector<std::int64_t> volumes() { return to_host(ctx_, film.volumes()); }
   void set_volumes(const std::vector<std::int64_t>& v) {
@@ -127,6 +129,25 @@ class SheetFilm {
 inline double volume_m3(const std::vector<std::int64_t>& units) {
   return static_cast<double>(std::accumulate(units.begin(), units.end(), std::int64_t{0})) *
          double{kFilmUnit_m3};
+}
+
+/// How many pieces the wet vertices make.
+inline int wet_pieces(const Sheet& sheet, const std::vector<float>& h) {
+  std::vector<Index> root(h.size());
+  std::iota(root.begin(), root.end(), 0);
+  const std::function<Index(Index)> find = [&](Index v) {
+    while (root[static_cast<std::size_t>(v)] != v) v = root[static_cast<std::size_t>(v)];
+    return v;
+  };
+  for (std::size_t k = 0; k < sheet.corners.size(); ++k) {
+    const Index a = sheet.corners[k], b = sheet.corners[k - k % 3 + (k + 1) % 3];
+    if (h[static_cast<std::size_t>(a)] > 0 && h[static_cast<std::size_t>(b)] > 0)
+      root[static_cast<std::size_t>(find(a))] = find(b);
+  }
+  std::set<Index> roots;
+  for (std::size_t i = 0; i < h.size(); ++i)
+    if (h[i] > 0) roots.insert(find(static_cast<Index>(i)));
+  return static_cast<int>(roots.size());
 }
 
 }  // namespace tactus::test

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <set>
 
 #include "fluid/film_scene.h"
 #include "support/device_sets.h"
@@ -14,6 +13,7 @@ namespace {
 using test::Sheet;
 using test::SheetFilm;
 using test::volume_m3;
+using test::wet_pieces;
 
 constexpr double kDensity = 1060, kViscosity = 0.0035, kTension = 0.058, kGravity = 9.81;
 constexpr float kFrame_s = 1.F / 60;
@@ -110,25 +110,6 @@ double young_laplace_diameter_m(double volume_m3, double angle) {
     (volume > volume_m3 ? low : high) = apex;
   }
   return 2 * r;
-}
-
-/// How many pieces the wet vertices make.
-int wet_pieces(const Sheet& sheet, const std::vector<float>& h) {
-  std::vector<Index> root(h.size());
-  std::iota(root.begin(), root.end(), 0);
-  const std::function<Index(Index)> find = [&](Index v) {
-    while (root[static_cast<std::size_t>(v)] != v) v = root[static_cast<std::size_t>(v)];
-    return v;
-  };
-  for (std::size_t k = 0; k < sheet.corners.size(); ++k) {
-    const Index a = sheet.corners[k], b = sheet.corners[k - k % 3 + (k + 1) % 3];
-    if (h[static_cast<std::size_t>(a)] > 0 && h[static_cast<std::size_t>(b)] > 0)
-      root[static_cast<std::size_t>(find(a))] = find(b);
-  }
-  std::set<Index> roots;
-  for (std::size_t i = 0; i < h.size(); ++i)
-    if (h[i] > 0) roots.insert(find(static_cast<Index>(i)));
-  return static_cast<int>(roots.size());
 }
 
 /// 1 ml at 40 degrees, poured on a spot of 12 mm: a puddle 31.3 mm across. (Without weight it would be a cap

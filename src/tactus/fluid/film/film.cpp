@@ -18,6 +18,7 @@ FilmLaw law_of(const FilmSettings& s) {
   if (!(s.contact_angle_deg >= 0 && s.contact_angle_deg <= 180))
     refuse("contact_angle_deg", s.contact_angle_deg, "from 0 to 180");
   if (!(s.resolved_m > 0)) refuse("resolved_m", s.resolved_m, "> 0");
+  if (!(s.drying_m_s >= 0)) refuse("drying_m_s", s.drying_m_s, ">= 0");
   if (s.rings < 1) refuse("rings", static_cast<float>(s.rings), "> 0");
   if (s.most_passes < 1) refuse("most_passes", static_cast<float>(s.most_passes), "> 0");
   // An equilateral triangle of height l has the eigenvalue 4.5 / l^2.
@@ -34,7 +35,9 @@ Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, I
            Index max_incident)
     : law_(law_of(settings)),
       rings_(settings.rings),
+      drying_m_s_(settings.drying_m_s),
       volume_(ctx.device(), max_vertices),
+      stain_(ctx.device(), max_vertices),
       area_(ctx.device(), max_vertices),
       gravity_(ctx.device(), max_vertices),
       eigen_(ctx.device(), max_vertices),
@@ -55,6 +58,7 @@ Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, I
       vertex_count_(ctx.device(), settings.most_passes),
       triangle_count_(ctx.device(), settings.most_passes) {
   ctx.fill_bytes(volume_.view(), 0);
+  ctx.fill_bytes(stain_.view(), 0);
   ctx.fill_bytes(height_.view(), 0);
   ctx.fill_bytes(flow_.view(), 0);
   ctx.fill_bytes(passes_.view(), 0);
@@ -65,7 +69,8 @@ FilmRegion Film::find_region(ExecContext& ctx, const FilmSurface& surface) {
   const View<Index> found_vertices = region_count_.view().part(0, 1),
                     found_triangles = region_count_.view().part(1, 1);
   const View<Index> list = region_vertex_.view().part(0, n);
-  ctx.parallel_for("film/wet", surface.vertices, MarkWetFilm{volume_.const_view(), mark_.view()});
+  ctx.parallel_for("film/wet", surface.vertices,
+                   MarkWetFilm{volume_.const_view(), mark_.view(), height_.view()});
   ctx.compact("film/list", surface.vertices, mark_.const_view().part(0, n), list, found_vertices);
   ctx.parallel_for("film/gate", 1, GateFilm{surface, View<const Index>(found_vertices), gate_.view()});
   const Count vertices(gate_.const_view().part(0, 1), n), triangles(gate_.const_view().part(1, 1), m);
@@ -113,6 +118,10 @@ void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FramePa
                      GatherFilm{region.vertex, surface.lists, spokes_.const_view(), flow_.const_view(),
                                 area_.const_view(), volume_.view(), height_.view()});
   }
+  if (drying_m_s_ > 0)
+    ctx.parallel_for("film/dry", region.vertices,
+                     DryFilm{drying_m_s_, frame, region.vertex, area_.const_view(), volume_.view(),
+                             stain_.view(), height_.view()});
 }
 
 }  // namespace tactus

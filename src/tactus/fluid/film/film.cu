@@ -12,3 +12,4 @@ TACTUS_CUDA_KERNEL(tactus::PlanFilmPasses);
 TACTUS_CUDA_KERNEL(tactus::PressFilm);
 TACTUS_CUDA_KERNEL(tactus::FlowFilm);
 TACTUS_CUDA_KERNEL(tactus::GatherFilm);
+TACTUS_CUDA_KERNEL(tactus::DryFilm);

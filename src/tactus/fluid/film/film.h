@@ -12,6 +12,7 @@ struct FilmSettings {
   float contact_angle_deg = 40;
   /// Triangles lower than this make the film's surface no stiffer than those of this height do.
   float resolved_m = 0.001F;
+  float drying_m_s = 0;    ///< by which a film gets thinner: that much of it stays as a stain
   Index most_passes = 16;  ///< in a frame
   Index rings = 3;         ///< of vertices, by which a film's edge advances in a frame at most
 };
@@ -33,6 +34,8 @@ class Film {
   /// In units of kFilmUnit_m3, one per vertex.
   View<std::int64_t> volumes() { return volume_.view(); }
   View<const std::int64_t> volumes() const { return volume_.const_view(); }
+  /// Volume that dried there.
+  View<const std::int64_t> stains() const { return stain_.const_view(); }
   /// After the last step; 0 where it is dry.
   View<const float> heights_m() const { return height_.const_view(); }
   /// (1) of the last step
@@ -44,7 +47,8 @@ class Film {
 
   FilmLaw law_;
   Index rings_;
-  Buffer<std::int64_t> volume_;
+  float drying_m_s_;
+  Buffer<std::int64_t> volume_, stain_;
   Buffer<float> area_, gravity_, eigen_, height_, pressure_;
   Buffer<FilmTriangle> triangles_;
   Buffer<FilmSpoke> spokes_;

@@ -80,11 +80,20 @@ struct FilmRegion {
   View<const Index> vertex, triangle;  ///< ascending
 };
 
-/// Thread: vertex.
+/// Seconds of a frame; 0 while bodies settle.
+TACTUS_HD inline float film_frame_s(const FrameParams& f) {
+  return f.settles != 0 ? 0.F : f.dt_s * static_cast<float>(f.substeps);
+}
+
+/// Thread: vertex. Others may have taken all of its volume: its height is 0 then.
 struct MarkWetFilm {
   View<const std::int64_t> volume;
   View<Index> mark;
-  TACTUS_HD void operator()(Index v) const { mark[v] = volume[v] > 0 ? 1 : 0; }
+  View<float> height_m;
+  TACTUS_HD void operator()(Index v) const {
+    mark[v] = volume[v] > 0 ? 1 : 0;
+    if (volume[v] == 0) height_m[v] = 0;
+  }
 };
 
 /// Where nothing is wet, nothing is looked at.
@@ -261,8 +270,7 @@ struct PlanFilmPasses {
     });
     fold<kThreads>(b, kThreads, [&](int t, int other) { s.rate[t] = max(s.rate[t], s.rate[other]); });
     b.on_one_thread([&] {
-      const FrameParams& f = frame[0];
-      const float dt_s = f.settles != 0 ? 0.F : f.dt_s * static_cast<float>(f.substeps);
+      const float dt_s = film_frame_s(frame[0]);
       const float wanted = clamp(s.rate[0] * dt_s, 0.F, static_cast<float>(vertex_count.size()));
       s.passes = wanted > 0 ? min(floor_to_int(wanted) + 1, vertex_count.size()) : 0;
       passes[0] = {s.passes, s.passes > 0 ? dt_s / static_cast<float>(s.passes) : 0.F, s.rate[0]};
@@ -368,6 +376,25 @@ struct GatherFilm {
     volume[v] = sum;
     const float area = area_m2[v];
     height_m[v] = area > 0 ? kFilmUnit_m3 * static_cast<float>(sum) / area : 0.F;
+  }
+};
+
+/// Thread: vertex of the region. What dries stays where it is.
+struct DryFilm {
+  float drying_m_s;
+  View<const FrameParams> frame;
+  View<const Index> region;
+  View<const float> area_m2;
+  View<std::int64_t> volume, stain;
+  View<float> height_m;
+  TACTUS_HD void operator()(Index i) const {
+    const Index v = region[i];
+    const float area = area_m2[v], most = drying_m_s * film_frame_s(frame[0]) * area * kFilmUnits_1_m3;
+    const std::int64_t dries = min(volume[v], static_cast<std::int64_t>(min(most, 1e15F)));
+    if (dries == 0) return;
+    volume[v] -= dries;
+    stain[v] += dries;
+    height_m[v] = area > 0 ? kFilmUnit_m3 * static_cast<float>(volume[v]) / area : 0.F;
   }
 };
 

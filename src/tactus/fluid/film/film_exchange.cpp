@@ -1,0 +1,126 @@
+#include "tactus/fluid/film/film_exchange.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tactus/base/error.h"
+
+namespace tactus {
+namespace {
+
+FilmExchangeLaw law_of(const FilmExchangeSettings& s, const FilmLaw& film) {
+  const auto require = [](bool ok, const char* what, float value) {
+    if (!ok)
+      throw Error(std::string("exchange with a film: ") + what + " is " + std::to_string(value) +
+                  ", must be > 0");
+  };
+  require(s.spacing_m > 0, "spacing_m", s.spacing_m);
+  require(s.gravity_m_s2 > 0, "gravity_m_s2", s.gravity_m_s2);
+  require(s.slow_m_s > 0, "slow_m_s", s.slow_m_s);
+  require(s.reach_m > 0, "reach_m", s.reach_m);
+  require(s.max_particles > 0, "max_particles", static_cast<float>(s.max_particles));
+  const float particle_m3 = s.spacing_m * s.spacing_m * s.spacing_m;
+  // A wide puddle is (2 sigma (1 - cos(angle)) / (rho g))^(1/2) thick; a small one, up to a fifth more.
+  const float puddle_m = std::sqrt(2 * film.hold_N_m / (film.density_kg_m3 * s.gravity_m_s2));
+  return {.spacing_m = s.spacing_m,
+          .slow_m_s = s.slow_m_s,
+          .particle_units = std::llround(double{particle_m3} * double{kFilmUnits_1_m3}),
+          .particle_m3 = particle_m3,
+          .thick_m = std::max(0.7F * s.spacing_m, 1.2F * puddle_m)};
+}
+
+}  // namespace
+
+FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& settings, const Film& film)
+    : law_(law_of(settings, film.law())),
+      vertices_(ctx.device(), {.max_particles = film.max_vertices(), .reach_m = settings.reach_m}),
+      places_(ctx.device(), {.max_particles = film.max_vertices(), .reach_m = settings.spacing_m}),
+      target_(ctx.device(), settings.max_particles),
+      claim_(ctx.device(), film.max_vertices()),
+      key_(ctx.device(), film.max_vertices()),
+      ring_(ctx.device(), film.max_vertices()),
+      most_(ctx.device(), film.max_vertices()),
+      place_m_(ctx.device(), film.max_vertices()),
+      last_x_m_(ctx.device(), film.max_vertices()),
+      round_(ctx.device(), film.max_vertices()),
+      flag_(ctx.device(), film.max_vertices()),
+      list_(ctx.device(), film.max_vertices()),
+      flagged_(ctx.device(), 1),
+      planned_(ctx.device(), 1),
+      slot_(ctx.device(), 1),
+      id_(ctx.device(), 1),
+      ledger_(ctx.device(), 1) {
+  ctx.fill_bytes(ledger_.view(), 0);
+}
+
+void FilmExchange::start(ExecContext& ctx, const FilmSurface& surface) {
+  ctx.copy(surface.x_m, last_x_m_.view().part(0, surface.x_m.size()));
+}
+
+void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface, View<const Vec3f> normals,
+                       View<const FrameParams> frame, const NeighbourSearch& search,
+                       const LiquidArrivals& liquid) {
+  const FilmSkin skin{surface, normals, last_x_m_.const_view(), frame};
+  take(ctx, film, skin, search, liquid);
+  give(ctx, film, skin, search, liquid);
+  start(ctx, surface);
+}
+
+/// Leaves in most_ the largest key within two rings.
+void FilmExchange::choose(ExecContext& ctx, const FilmSurface& surface) {
+  ctx.parallel_for("film/ring keys", surface.vertices, RingMax{surface, key_.const_view(), ring_.view()});
+  ctx.parallel_for("film/ring keys", surface.vertices, RingMax{surface, ring_.const_view(), most_.view()});
+}
+
+void FilmExchange::take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
+                        const LiquidArrivals& liquid) {
+  vertices_.build(ctx, skin.surface.x_m, {}, skin.surface.vertices);
+  const View<const Index> id(liquid.id);
+  search.visit(ctx, "film/touch", vertices_,
+               FindFilmVertex{law_, skin, vertices_.cells().order, View<const Vec3f>(liquid.x_m),
+                              View<const Vec3f>(liquid.v_m_s), target_.view()});
+  for (int round = 0; round < kRounds; ++round) {
+    ctx.fill_bytes(claim_.view(), 0);
+    ctx.parallel_for("film/claim", search.placed(), ClaimVertices{target_.const_view(), id, claim_.view()});
+    ctx.parallel_for(
+        "film/claims", skin.surface.vertices,
+        KeyClaims{law_, skin, claim_.const_view(), View<const std::int64_t>(film.volumes()), key_.view()});
+    choose(ctx, skin.surface);
+    ctx.parallel_for(
+        "film/take", search.placed(),
+        TakeParticles{law_, skin, target_.view(), id, claim_.const_view(), key_.const_view(),
+                      most_.const_view(), liquid.x_m, film.volumes(), liquid.counters, ledger_.view()});
+  }
+}
+
+void FilmExchange::give(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
+                        const LiquidArrivals& liquid) {
+  const Index n = skin.surface.vertices.capacity;
+  ctx.parallel_for(
+      "film/thick", skin.surface.vertices,
+      KeyThickFilm{law_, skin, film.heights_m(), View<const std::int64_t>(film.volumes()), key_.view()});
+  choose(ctx, skin.surface);
+  ctx.parallel_for(
+      "film/places", skin.surface.vertices,
+      PlaceGiven{law_, skin, key_.const_view(), most_.const_view(), place_m_.view(), flag_.view()});
+  places_.build(ctx, place_m_.const_view().part(0, n), {}, skin.surface.vertices);
+  places_.visit(ctx, "film/room", search,
+                FindLiquidRound{{1.F / law_.spacing_m},
+                                law_.particle_m3,
+                                places_.cells().particles,
+                                View<const Vec3f>(liquid.x_m),
+                                round_.view()});
+  ctx.parallel_for("film/room", places_.placed(),
+                   FlagGiven{law_, places_.cells().order, round_.const_view(), flag_.view()});
+  ctx.compact("film/given", skin.surface.vertices, flag_.const_view().part(0, n), list_.view().part(0, n),
+              flagged_.view());
+  ctx.parallel_for(
+      "film/plan given", 1,
+      PlanGiven{flagged_.const_view(), liquid, planned_.view(), slot_.view(), id_.view(), ledger_.view()});
+  ctx.parallel_for("film/give", Count(planned_.const_view(), n),
+                   GiveParticles{law_, skin, list_.const_view(), slot_.const_view(), id_.const_view(),
+                                 place_m_.const_view(), film.volumes(), liquid});
+}
+
+}  // namespace tactus

@@ -1,0 +1,57 @@
+#pragma once
+/// The exchange between a film and the particles of a liquid.
+#include "tactus/fluid/film/film.h"
+#include "tactus/fluid/film/film_exchange_kernels.h"
+#include "tactus/geom/search/neighbour_search.h"
+
+namespace tactus {
+
+struct FilmExchangeSettings {
+  float spacing_m = 0;  ///< d of the liquid's particles
+  float gravity_m_s2 = 9.81F;
+  float slow_m_s = 0.5F;    ///< a particle that is faster, seen from the surface, stays one
+  float reach_m = 0;        ///< a particle's nearest vertex is at most so far: d and an edge of the surface
+  Index max_particles = 0;  ///< that the liquid has room for
+};
+
+/// Between two steps of a liquid that is in one part: particles that touch a surface slowly become film, and
+/// film that is too thick becomes particles: thicker than 0.7 d, and than a puddle is at its contact angle.
+/// Once a frame, after the film's step. Asynchronous, may be recorded.
+class FilmExchange {
+ public:
+  /// Particles that one place takes in a frame at most.
+  static constexpr int kRounds = 4;
+  /// @throws Error naming the setting that is out of range.
+  FilmExchange(ExecContext& ctx, const FilmExchangeSettings& settings, const Film& film);
+
+  /// Where the surface is before the first frame.
+  void start(ExecContext& ctx, const FilmSurface& surface);
+  /// @param normals of the vertices, unit, outward
+  /// @param search of the liquid's last step
+  void run(ExecContext& ctx, Film& film, const FilmSurface& surface, View<const Vec3f> normals,
+           View<const FrameParams> frame, const NeighbourSearch& search, const LiquidArrivals& liquid);
+
+  /// The volume of a particle, in units of kFilmUnit_m3.
+  std::int64_t particle_units() const { return law_.particle_units; }
+  /// (1)
+  View<const FilmLedger> ledger() const { return ledger_.const_view(); }
+
+ private:
+  void take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
+            const LiquidArrivals& liquid);
+  void give(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
+            const LiquidArrivals& liquid);
+  void choose(ExecContext& ctx, const FilmSurface& surface);
+
+  FilmExchangeLaw law_;
+  NeighbourSearch vertices_, places_;
+  Buffer<Index> target_;
+  Buffer<std::uint32_t> claim_;
+  Buffer<std::uint64_t> key_, ring_, most_;
+  Buffer<Vec3f> place_m_, last_x_m_;
+  Buffer<LiquidRound> round_;
+  Buffer<Index> flag_, list_, flagged_, planned_, slot_, id_;
+  Buffer<FilmLedger> ledger_;
+};
+
+}  // namespace tactus
