@@ -31,7 +31,7 @@ tests:           ## the program and every test
 test: tests      ## build and run every test; the last line counts them
 	@tools/run_tests.py $(BUILD)
 
-complete:        ## the program with live cameras, calibration and markers, at build/tactus
+complete:        ## the program with live cameras, calibration, markers, TIFF and TOML, at build/tactus
 	@tools/install_deps.sh complete
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF
 	@cmake -S . -B $(BUILD) >/dev/null  # looks for the libraries again

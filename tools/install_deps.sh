@@ -5,12 +5,12 @@
 set -euo pipefail
 # Parts of OpenCV, not libopencv-dev, which brings VTK, Qt and Tcl along. Its calib3d, imgcodecs and videoio bring Qt, GDAL and
 # MySQL; FFmpeg brings 86 packages: boards are found, and films read, with `films` or `complete`.
-packages=(cmake ninja-build g++ git pkg-config libtbb-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev
-  libpugixml-dev libtomlplusplus-dev
-  libopencv-core-dev libopencv-imgproc-dev libopencv-video-dev libspng-dev libturbojpeg0-dev libtiff-dev libopenh264-dev
+packages=(cmake ninja-build g++ git libtbb-dev libspdlog-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev
+  libpugixml-dev libopencv-core-dev libopencv-imgproc-dev libspng-dev libturbojpeg0-dev libopenh264-dev
   libepoxy-dev libegl-dev libegl1 libegl-mesa0 libgl1-mesa-dri libtinygltf-dev zlib1g-dev)
 case ${1:-} in films | complete | tests) packages+=(libavformat-dev libavcodec-dev libswscale-dev) ;; esac
-case ${1:-} in complete | tests) packages+=(libzmq3-dev libaravis-dev libusb-1.0-0-dev liblz4-dev libceres-dev libopencv-contrib-dev) ;; esac
+case ${1:-} in complete | tests) packages+=(libtiff-dev libtomlplusplus-dev libopencv-video-dev pkg-config
+  libzmq3-dev libaravis-dev libusb-1.0-0-dev liblz4-dev libceres-dev libopencv-contrib-dev) ;; esac
 if [ "${1:-}" = tests ]; then packages+=(libgtest-dev libopencv-imgcodecs-dev libopencv-videoio-dev python3 python3-zmq xz-utils); fi
 if ! command -v apt-get >/dev/null; then
   echo "No apt-get here: make sure that the equivalents of these are installed: ${packages[*]}" >&2

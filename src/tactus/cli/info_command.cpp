@@ -10,6 +10,8 @@
 #include "tactus/io/body_assets.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/scene_file.h"
+#include "tactus/media/picture.h"
+#include "tactus/rig/background/background_model.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
 #include "tactus/rig/live/live_keys.h"
 #include "tactus/rig/picture_reader.h"
@@ -49,8 +51,8 @@ void info(const std::string& json_path) {
   std::printf("\nCUDA     %s\nOpenGL   %s\n", cuda_status_text().c_str(), gl.c_str());
   json["opengl"] = gl;
   std::vector<std::string> parts = missing_parts();
-  for (const std::string& part :
-       {live_missing(), genicam_missing(), ImageCoder::missing(), PhotoCoder::missing()}) {
+  for (const std::string& part : {live_missing(), genicam_missing(), ImageCoder::missing(),
+                                  PhotoCoder::missing(), tiff_missing(), subtractors_missing()}) {
     if (!part.empty()) parts.push_back(part);
   }
   for (const std::string& missing : parts) {

@@ -37,6 +37,8 @@ int exif_orientation(std::string_view exif);
 // One format each; the sizes in headers are checked before memory is taken.
 Picture decode_png(std::string_view bytes);
 Picture decode_tiff(std::string_view bytes);
+/// Which library a build without TIFF lacks, and its package; "": none.
+std::string tiff_missing();
 Picture decode_bmp(std::string_view bytes);
 Picture decode_pnm(std::string_view bytes);
 

@@ -1,12 +1,13 @@
+#include "tactus/base/error.h"
+#include "tactus/media/picture.h"
+
+#ifdef TACTUS_WITH_TIFF
 #include <tiffio.h>
 
 #include <algorithm>
 #include <cstring>
 #include <memory>
 #include <string>
-
-#include "tactus/base/error.h"
-#include "tactus/media/picture.h"
 
 namespace tactus {
 namespace {
@@ -95,4 +96,19 @@ Picture decode_tiff(std::string_view bytes) {
   return picture;
 }
 
+std::string tiff_missing() { return ""; }
+
 }  // namespace tactus
+
+#else
+
+namespace tactus {
+
+Picture decode_tiff(std::string_view) {
+  throw Error("a TIFF, which needs " + tiff_missing() + "; install it and build again");
+}
+std::string tiff_missing() { return "libtiff (libtiff-dev): no TIFF pictures"; }
+
+}  // namespace tactus
+
+#endif

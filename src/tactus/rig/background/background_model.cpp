@@ -1,9 +1,13 @@
 #include "tactus/rig/background/background_model.h"
 
+#ifdef TACTUS_WITH_OPENCV_VIDEO
+#include <opencv2/video/background_segm.hpp>
+#endif
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <opencv2/video/background_segm.hpp>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "tactus/base/error.h"
@@ -90,7 +94,9 @@ struct BackgroundModel::State {
   ExposureFit exposure_fit;
   Index next_row = 0;
   bool was_learnt = false;
+#ifdef TACTUS_WITH_OPENCV_VIDEO
   cv::Ptr<cv::BackgroundSubtractor> other;
+#endif
   BackgroundMethod other_method = BackgroundMethod::model;
 };
 
@@ -274,6 +280,7 @@ void BackgroundModel::State::subtract(const std::uint8_t* bgr, const BackgroundO
   }
 }
 
+#ifdef TACTUS_WITH_OPENCV_VIDEO
 void BackgroundModel::State::subtract_by_opencv(const std::uint8_t* bgr, const BackgroundOptions& o,
                                                 BitMask& mask) {
   if (!other || other_method != o.method) {
@@ -290,6 +297,11 @@ void BackgroundModel::State::subtract_by_opencv(const std::uint8_t* bgr, const B
   for (Index y = 0; y < height_px; ++y, bits += mask.words_per_row())
     threshold_row(width_px, learnt.data + row_begin(y), 200, bits);  // 127 marks shadow
 }
+#else
+void BackgroundModel::State::subtract_by_opencv(const std::uint8_t*, const BackgroundOptions&, BitMask&) {
+  throw Error("background: 'mog2' and 'knn' need " + subtractors_missing() + "; install it and build again");
+}
+#endif
 
 void BackgroundModel::State::clean(const std::uint8_t* bgr, const BackgroundOptions& o, BitMask& mask) {
   cleaner.erode(mask, o.open_px);
@@ -343,6 +355,14 @@ BackgroundMethod background_method(const std::string& word) {
     throw usage_error("background.method '" + word + "': expected model, key, mog2 or knn" +
                       suggestion(word, kWords));
   return static_cast<BackgroundMethod>(at - std::begin(kWords));
+}
+
+std::string subtractors_missing() {
+#ifdef TACTUS_WITH_OPENCV_VIDEO
+  return "";
+#else
+  return "OpenCV's video module (libopencv-video-dev): no background methods mog2 and knn";
+#endif
 }
 
 }  // namespace tactus

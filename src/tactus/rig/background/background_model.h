@@ -72,5 +72,7 @@ class BackgroundModel {
 
 /// @throws usage Error for another word than model, key, mog2 or knn.
 BackgroundMethod background_method(const std::string& word);
+/// Which library a build without `mog2` and `knn` lacks, and its package; "": none.
+std::string subtractors_missing();
 
 }  // namespace tactus
