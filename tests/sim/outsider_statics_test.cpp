@@ -257,13 +257,19 @@ TEST_P(SupportsOnDevices, SettledBodiesHaveTheSameBits) {
   }
 }
 
+void put_on_a_table(Scene& scene) {
+  ObstacleSetting& table = scene.obstacles.emplace_back();
+  table.name = "table";
+  table.kind = ObstacleShape::plane;
+}
+
 /// A bar that lies on a table, cut into slabs of several devices.
 TEST_P(SupportsOnDevices, WhatLiesOnATableSettlesWithTheSameBits) {
   Scene scene = box_scene({0, 0, 0}, {3 * kH, 3 * kH, 24 * kH}, TissueModel::tled);
   scene.gravity_m_s2 = {0, -9.81, 0};
   scene.frame.start = FrameStart::settled;
   scene.bodies[0].contact = true;
-  scene.obstacles.push_back({.name = "table", .kind = ObstacleShape::plane});
+  put_on_a_table(scene);
   const Played found = play(scene, 2, GetParam());
   EXPECT_EQ(found.notices, "");
   EXPECT_EQ(found.x_m, play(scene, 2).x_m);
@@ -295,7 +301,7 @@ TEST(OutsiderSettling, ABlockBeginsAtRestOnATable) {
   scene.gravity_m_s2 = {0, -9.81, 0};
   scene.frame.start = FrameStart::settled;
   scene.bodies[0].contact = true;
-  scene.obstacles.push_back({.name = "table", .kind = ObstacleShape::plane});
+  put_on_a_table(scene);
   DeviceSet devices("cpu");
   Simulation simulation(devices, scene, make_synthetic_rig(), {});
   EXPECT_EQ(text_of(simulation.step(nullptr, 0).notices), "");
@@ -366,7 +372,7 @@ TEST(OutsiderSupports, ContactKeepsNodesOnTheirSupports) {
   block.contact = true;
   block.material.damping = 0.7;
   block.fixed.push_back({half_space({0.1 * kH, 0, 0}, {1, 0, 0}), 1});
-  scene.obstacles.push_back({.name = "table", .kind = ObstacleShape::plane});
+  put_on_a_table(scene);
   DeviceSet devices("cpu");
   Simulation simulation(devices, scene, make_synthetic_rig(), {});
   StepReport report;
