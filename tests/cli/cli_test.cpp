@@ -367,7 +367,7 @@ TEST_F(Cli, ARunWhoseBodiesAreCrushedSaysSo) {
       "    material: {model: tled, young_modulus_pa: 100000, poisson_ratio: 0.3}\n"
       "    fixed: [{kind: half_space, point_m: [-0.09, 0, 0], normal: [1, 0, 0]}]\n"
       "    moved:\n      - kind: half_space\n        point_m: [0.09, 0, 0]\n        normal: [-1, 0, 0]\n"
-      "        path: [{time_s: 0.4, displacement_m: [-0.17, 0, 0]}]\n");
+      "        path: [{time_s: 0.4, displacement_m: [-0.195, 0, 0]}]\n");
   const std::string run = "run " + scene + " --devices cpu --view none";
   const Outcome o = run_tactus(run);
   ASSERT_EQ(o.code, 0) << o.text;

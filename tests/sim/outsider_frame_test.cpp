@@ -22,6 +22,7 @@ Scene block_scene() {
   block.spacing_m = 0.01;
   block.material.model = TissueModel::tled;
   block.material.young_modulus_pa = 10000;
+  block.material.damping = 0.1;
   SpaceRegion bottom;
   bottom.kind = RegionKind::half_space;
   bottom.point_m = {0, -0.049, 0};

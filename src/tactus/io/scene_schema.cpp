@@ -116,12 +116,12 @@ void describe_relaxation(FieldVisitor& v, RelaxationDescription& r) {
 }
 
 void describe_material(FieldVisitor& v, MaterialDescription& m) {
-  v.choice(
-      {"model",
-       "how it deforms: `flsm` shape matching (fast; for what is held and pressed), `tled` finite elements "
-       "(right; also for what is stacked or falls fast, at some 2.5 times the time on a CPU), `hybrid` both: "
-       "`ratio` or `regions` of the body say where"},
-      m.model, {{"flsm", TissueModel::flsm}, {"tled", TissueModel::tled}, {"hybrid", TissueModel::hybrid}});
+  v.choice({"model",
+            "how it deforms: `flsm` shape matching, `tled` finite elements, `hybrid` both: `ratio` or "
+            "`regions` of "
+            "the body say where. Which to take: below"},
+           m.model,
+           {{"flsm", TissueModel::flsm}, {"tled", TissueModel::tled}, {"hybrid", TissueModel::hybrid}});
   v.integer({"half_width",
              "half width of the shape matching regions in cubes: larger is smoother, takes fewer substeps, "
              "and gives way more under its own weight"},
@@ -133,8 +133,10 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
          m.poisson_ratio, kPoisson);
   v.real({"density_kg_m3", "mass per volume; tissue and water 1000"}, m.density_kg_m3,
          positive("kg/m^3", 30000));
-  v.real({"damping", "part of critical damping of the fastest vibration; rigid motion is not damped"},
-         m.damping, {"", 0, 0.7});
+  v.real_or_auto(
+      {"damping", "part of critical damping of the fastest vibration; rigid motion is not damped"}, m.damping,
+      {"", 0, 0.7},
+      "0.15 at the slowest sway, so that what stands comes to rest; 0.1 with `relaxation` or `kappa: paper`");
   v.real(
       {"drag_per_s",
        "damping proportional to mass: slows all motion, falling too; whatever swings fades as "

@@ -111,7 +111,8 @@ struct MaterialDescription {
   double young_modulus_pa = 10000;  ///< E
   double poisson_ratio = 0.45;      ///< nu, elements only
   double density_kg_m3 = 1000;
-  double damping = 0.1;   ///< part of critical damping of the fastest mode, 0..0.7
+  /// Part of critical damping of the fastest mode, 0..0.7. None: of the slowest (default_damping.h).
+  std::optional<double> damping;
   double drag_per_s = 0;  ///< slows all motion, rigid motion too
   Stiffness kappa = Stiffness::material;
   bool deflection_test = false;  ///< scale shape matching until the held body sags as elements do

@@ -290,15 +290,19 @@ void paint(const BodyDescription& body, const RegionFinder& finder, BodyShape& s
 
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets, double memory_bytes) {
   // Bytes per cube, with all data made from it: measured at the peak for bodies of 10^6 cubes on the CPU
-  // (0.43 and 1.19 GB less the program's 0.08). History: 24 floats.
-  constexpr double kElementBytes = 350, kHistoryBytes = 96, kMatchedBytes = 1110;
+  // (0.43 and 1.19 GB less the program's 0.08). A term that fades: 12 floats.
+  constexpr double kElementBytes = 350, kTermBytes = 48, kMatchedBytes = 1110;
   LatticeOptions options;
   options.spacing_m = static_cast<float>(body.spacing_m);
   options.density_kg_m3 = static_cast<float>(body.material.density_kg_m3);
   options.fill = body.shape.fill;
   options.max_bytes = memory_bytes;
   options.bytes_per_cube = body.material.model == TissueModel::tled ? kElementBytes : kMatchedBytes;
-  if (!body.material.relaxation.empty()) options.bytes_per_cube += kHistoryBytes;
+  const MaterialDescription& m = body.material;
+  if (m.model != TissueModel::flsm)
+    options.bytes_per_cube +=
+        kTermBytes *
+        static_cast<double>(m.damping ? m.relaxation.size() : std::max<std::size_t>(m.relaxation.size(), 1));
   std::string odd;
   try {
     BodyShape shape;

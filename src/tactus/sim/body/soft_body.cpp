@@ -10,6 +10,7 @@
 #include "tactus/base/log.h"
 #include "tactus/sim/body/body_cut.h"
 #include "tactus/sim/body/body_progress.h"
+#include "tactus/sim/body/default_damping.h"
 #include "tactus/tissue/hybrid/deflection_match.h"
 
 namespace tactus {
@@ -26,11 +27,17 @@ double memory_bytes(const Device& device) {
   return bytes;
 }
 
-TledOptions element_options(const MaterialDescription& m) {
-  TledOptions options{.law = m.law,
-                      .fibre = vec_cast<float>(m.fibre),
-                      .fibre_ratio = static_cast<float>(m.fibre_ratio),
-                      .damping_ratio = static_cast<float>(m.damping)};
+double volume_m3(const CubeLattice& lattice) {
+  double cubes = 0;
+  for (Index c = 0; c < lattice.regular_cubes(); ++c)
+    cubes += lattice.cube_fill.empty() ? 1 : double{lattice.cube_fill[static_cast<std::size_t>(c)]};
+  return cubes * std::pow(double{lattice.spacing_m}, 3);
+}
+
+TledOptions element_options(const MaterialDescription& m, const BodyShape& shape) {
+  TledOptions options{
+      .law = m.law, .fibre = vec_cast<float>(m.fibre), .fibre_ratio = static_cast<float>(m.fibre_ratio)};
+  set_damping(options, m, volume_m3(shape.lattice));
   for (std::size_t n = 0; n < m.relaxation.size(); ++n)
     options.relaxation.at(n) = {static_cast<float>(m.relaxation[n].share),
                                 static_cast<float>(m.relaxation[n].time_s)};
@@ -40,10 +47,10 @@ TledOptions element_options(const MaterialDescription& m) {
 FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, const BodyShape& shape) {
   FlsmMaterial material{.young_Pa = static_cast<float>(m.young_modulus_pa),
                         .density_kg_m3 = static_cast<float>(m.density_kg_m3),
-                        .half_width = m.half_width,
-                        .damping_ratio = static_cast<float>(m.damping)};
+                        .half_width = m.half_width};
+  set_damping(material, m, volume_m3(shape.lattice));
   if (!m.deflection_test) return material;
-  TledOptions at_once = element_options(m);
+  TledOptions at_once = element_options(m, shape);
   at_once.relaxation = {};
   CubeLattice held = shape.lattice;
   for (const NodeMotion& motion : shape.motions) {
@@ -92,7 +99,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAs
 SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device)
     : description_(body),
       shape_(std::move(shape)),
-      element_options_(element_options(body.material)),
+      element_options_(element_options(body.material, shape_)),
       devices_(devices),
       on_first_device_(on_first_device),
       tissue_(make_tissue(devices, body, shape_, element_options_, on_first_device)),

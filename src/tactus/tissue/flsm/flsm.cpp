@@ -37,6 +37,8 @@ Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& r, c
   sigma2_ = r.sigma2_m2;
   omega_ = static_cast<float>(std::sqrt(double{material.stiffness_scale} * double{material.young_Pa} /
                                         (double{material.density_kg_m3} * sigma2_)));
+  if (material.damping_time_s > 0)
+    material_.damping_ratio = std::clamp(0.5F * material.damping_time_s * omega_, 0.1F, 0.7F);
   cell_ = to_device(ctx, r.cell);
   fixed_ = to_device(ctx, std::vector<Index>(lattice.fixed.begin(), lattice.fixed.end()));
   shared_mass_kg_ = to_device(ctx, r.shared_mass_kg);

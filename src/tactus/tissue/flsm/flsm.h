@@ -14,6 +14,9 @@ struct FlsmMaterial {
   /// Part of critical damping of the fastest mode, 0..0.7 (0.75 is where steps of 1/omega become unstable);
   /// rigid motion is not damped.
   float damping_ratio = 0.3F;
+  /// > 0: motion that is this much ahead sets damping instead, of which a mode omega has time omega / 2 of
+  /// critical: within 0.1 and 0.7 of the fastest mode's.
+  float damping_time_s = 0;
   float stiffness_scale = 1;  ///< of omega^2, 0.1..10: from a deflection test (match_deflection)
 };
 

@@ -107,16 +107,18 @@ TACTUS_HD inline float faded_share(float x) {
 /// A cube whose shear stress fades (Taylor et al. 2009). S = S_law - sum g_n with g_n' = (share_n S_shear -
 /// g_n) / time_n, S_shear being the second Piola-Kirchhoff stress that mu gives: it does not turn with the
 /// body. A step takes g_n + fade_n (share_n S_shear - g_n), fade_n = 1 - exp(-dt / time_n): exact for a held
-/// strain and any step. Cubes at a tile's border are seen by several tiles, which all write the same.
-template <class Law>
+/// strain and any step. A term that is added gives share_n S_shear more. Cubes at a tile's border are seen by
+/// several tiles, which all write the same.
+template <class Law, int Terms>
 struct RelaxingCube {
-  static constexpr int kLeastBlocks = 0, kTerms = 2, kFields = 6 * kTerms;
+  static constexpr int kLeastBlocks = 0, kTerms = Terms;
   OnePointCube<Law> elastic;
-  View<const float> before;  ///< g_n: xx, yy, zz, yz, zx, xy per term [Pa]; kFields fields over cells
+  View<const float> before;  ///< g_n: xx, yy, zz, yz, zx, xy per term [Pa]; fields over cells
   View<float> after;         ///< out
   Index cells;
   StepTime time;
   float share[kTerms], rate_per_s[kTerms];  ///< 1 / time_n
+  float added_share;                        ///< of all terms that are added
   float fade[kTerms] = {};
   TACTUS_HD void load() {
     time.load();
@@ -133,7 +135,8 @@ struct RelaxingCube {
     const float S[6] = {inverse_J * dot(cof.x, P.x), inverse_J * dot(cof.y, P.y),
                         inverse_J * dot(cof.z, P.z), inverse_J * dot(cof.y, P.z),
                         inverse_J * dot(cof.z, P.x), inverse_J * dot(cof.x, P.y)};
-    float g[6] = {};
+    float g[6];
+    for (Index i = 0; i < 6; ++i) g[i] = -added_share * S[i];
     for (Index n = 0; n < kTerms; ++n) {
       for (Index i = 0; i < 6; ++i) {
         const Index at = (6 * n + i) * cells + cell;

@@ -23,8 +23,9 @@ enum class MaterialLaw : std::uint8_t {
 
 /// A part of the shear modulus that fades after a step of strain, as exp(-t / time).
 struct RelaxationTerm {
-  float share = 0;   ///< of mu, 0..1, all terms together below 1; 0: no such term
-  float time_s = 1;  ///< > 0; up to 1e4 substeps, or rounding stops it early
+  float share = 0;        ///< of mu, 0..1, all terms together below 1; 0: no such term
+  float time_s = 1;       ///< > 0; up to 1e4 substeps, or rounding stops it early
+  bool is_added = false;  ///< it comes on top of mu, which is all that lasts: the share may be above 1
 };
 
 /// How cubes resist.
@@ -38,7 +39,16 @@ struct TledOptions {
   /// Viscoelastic: mu(t) = mu (1 - sum share (1 - exp(-t / time))), a Prony series (Taylor et al. 2009);
   /// lambda stays. Materials give the instantaneous stiffness.
   std::array<RelaxationTerm, 2> relaxation{};
-  float faded_share() const { return relaxation[0].share + relaxation[1].share; }
+  float faded_share() const { return share_of(false); }
+  float added_share() const { return share_of(true); }
+  int relaxing_terms() const { return relaxation[1].share > 0 ? 2 : relaxation[0].share > 0 ? 1 : 0; }
+
+ private:
+  float share_of(bool added) const {
+    float sum = 0;
+    for (const RelaxationTerm& term : relaxation) sum += term.is_added == added ? term.share : 0;
+    return sum;
+  }
 };
 
 struct ElasticMaterial {

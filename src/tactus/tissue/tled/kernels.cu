@@ -8,8 +8,10 @@ struct KernelsOf {
   using Move = ElementForces<OnePointCube<Law>, Tiles, MoveNodes>;
   using StoreFull = ElementForces<EightPointCube<Law>, Tiles, StoreForces>;
   using MoveFull = ElementForces<EightPointCube<Law>, Tiles, MoveNodes>;
-  using StoreRelaxing = ElementForces<RelaxingCube<Law>, Tiles, StoreForces>;
-  using MoveRelaxing = ElementForces<RelaxingCube<Law>, Tiles, MoveNodes>;
+  using StoreRelaxing = ElementForces<RelaxingCube<Law, 1>, Tiles, StoreForces>;
+  using MoveRelaxing = ElementForces<RelaxingCube<Law, 1>, Tiles, MoveNodes>;
+  using StoreRelaxing2 = ElementForces<RelaxingCube<Law, 2>, Tiles, StoreForces>;
+  using MoveRelaxing2 = ElementForces<RelaxingCube<Law, 2>, Tiles, MoveNodes>;
 };
 template <class Law>
 using OnCpu = KernelsOf<Law, TilesOnCpu>;
@@ -17,19 +19,22 @@ template <class Law>
 using OnGpu = KernelsOf<Law, TilesOnGpu>;
 }  // namespace tactus::tled
 
-#define TACTUS_ROW_ON(LAW, ON)                                      \
-  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::Store);         \
-  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::Move);          \
-  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::StoreFull);     \
-  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveFull);      \
-  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::StoreRelaxing); \
-  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveRelaxing);
-#define TACTUS_ROW(WORD, LAW)                                                              \
-  TACTUS_ROW_ON(LAW, OnCpu)                                                                \
-  TACTUS_ROW_ON(LAW, OnGpu)                                                                \
-  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::OnePointCube<tactus::LAW>>);   \
-  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::EightPointCube<tactus::LAW>>); \
-  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::RelaxingCube<tactus::LAW>>);
+#define TACTUS_ROW_ON(LAW, ON)                                       \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::Store);          \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::Move);           \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::StoreFull);      \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveFull);       \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::StoreRelaxing);  \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveRelaxing);   \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::StoreRelaxing2); \
+  TACTUS_CUDA_KERNEL(tactus::tled::ON<tactus::LAW>::MoveRelaxing2);
+#define TACTUS_ROW(WORD, LAW)                                                               \
+  TACTUS_ROW_ON(LAW, OnCpu)                                                                 \
+  TACTUS_ROW_ON(LAW, OnGpu)                                                                 \
+  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::OnePointCube<tactus::LAW>>);    \
+  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::EightPointCube<tactus::LAW>>);  \
+  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::RelaxingCube<tactus::LAW, 1>>); \
+  TACTUS_CUDA_KERNEL(tactus::tled::CopyForces<tactus::tled::RelaxingCube<tactus::LAW, 2>>);
 
 TACTUS_CUDA_KERNEL(tactus::tled::LoadPositions);
 TACTUS_CUDA_KERNEL(tactus::tled::LoadNodes);

@@ -28,8 +28,9 @@ float relaxed_young_Pa(const ElasticMaterial& m, float faded_share) {
 /// Stiffness of a cube that swells (3 lambda + 2 mu), is sheared (2 mu, more if lambda < 0) or bends (E / 3,
 /// less): times 4 / (rho h^2) it is the largest eigenvalue.
 float largest_stiffness_Pa(const ElasticMaterial& m, const TledOptions& options) {
+  const float at_once = 1 + options.added_share();
   const float added = with_law(options, [&](const auto& law) { return law.added_stiffness_Pa(m.mu_Pa()); });
-  return std::max(3 * m.lambda_Pa(), 0.F) + 2 * m.mu_Pa() + added;
+  return std::max(3 * m.lambda_Pa(), 0.F) + at_once * 2 * m.mu_Pa() + at_once * added;
 }
 
 void check_law(const ElasticMaterial& m, const TledOptions& options) {
@@ -131,7 +132,7 @@ void check_options(const TledOptions& options) {
             "a positive number");
   }
   require(options.faded_share() < 1, "sum of relaxation shares", options.faded_share(), "less than 1");
-  if (options.full_integration && options.faded_share() > 0)
+  if (options.full_integration && options.relaxing_terms() > 0)
     throw Error("stresses that relax need one integration point, not full integration");
 }
 
@@ -204,7 +205,8 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
     *fields = to_device(ctx, zero);
   for (Buffer<float>& history : history_Pa_) {
     if (relaxes())
-      history = to_device(ctx, std::vector<float>(tled::RelaxingCube<NeoHookean>::kFields * zero.size() / 3));
+      history =
+          to_device(ctx, std::vector<float>(static_cast<std::size_t>(history_fields()) * zero.size() / 3));
   }
   std::vector<tled::Stiffness> of_copies(lattice.copies.size());
   for (std::size_t k = 0; k < of_copies.size(); ++k) {
@@ -242,8 +244,7 @@ void Tled::make_virtual(ExecContext& ctx, const CubeLattice& lattice,
   virtual_elements_ = tled::VirtualElements(
       ctx, copies, stiffness, cell_.const_view(),
       {own.first_node, own.first_node + own.lattice.node_count(), of_virtual.begin, of_virtual.end},
-      used_nodes(lattice, own_layers), first_virtual_cell,
-      relaxes() ? tled::RelaxingCube<NeoHookean>::kFields : 0);
+      used_nodes(lattice, own_layers), first_virtual_cell, history_fields());
 }
 
 tled::Stiffness Tled::copy_stiffness(Index of_cube, float fill) const {
@@ -322,20 +323,23 @@ void Tled::with_cube(const StepTime& time, View<const float> before, View<float>
     const float twist_m =
         tled::HourglassControl::kTwist * spacing_m_ * (1 - options_.faded_share()) / (6 * 8);
     const tled::OnePointCube<Law> elastic{law, gradient, area, twist_m};
-    if (relaxes()) {
-      tled::RelaxingCube<Law> cube{.elastic = elastic,
-                                   .before = before,
-                                   .after = after,
-                                   .cells = stride,
-                                   .time = time,
-                                   .share = {},
-                                   .rate_per_s = {}};
-      for (std::size_t n = 0; n < options_.relaxation.size(); ++n) {
+    const auto use_relaxing = [&]<int Terms>(std::integral_constant<int, Terms>) {
+      tled::RelaxingCube<Law, Terms> cube{.elastic = elastic,
+                                          .before = before,
+                                          .after = after,
+                                          .cells = stride,
+                                          .time = time,
+                                          .share = {},
+                                          .rate_per_s = {},
+                                          .added_share = options_.added_share()};
+      for (std::size_t n = 0; n < Terms; ++n) {
         cube.share[n] = options_.relaxation[n].share;
         cube.rate_per_s[n] = 1 / options_.relaxation[n].time_s;
       }
-      return use(cube);
-    }
+      use(cube);
+    };
+    if (options_.relaxing_terms() == 1) return use_relaxing(std::integral_constant<int, 1>{});
+    if (options_.relaxing_terms() == 2) return use_relaxing(std::integral_constant<int, 2>{});
     if (options_.full_integration) return use(tled::EightPointCube<Law>{law, gradient, area});
     use(elastic);
   });

@@ -136,7 +136,8 @@ class Tled {
   tled::LoadPositions load_positions(const BodyState& state);
   /// Puts the history that the last of `count` moves left where the first one looks for it.
   void keep_history(ExecContext& ctx, int count, View<const FrameParams> frame = {});
-  bool relaxes() const { return options_.faded_share() > 0; }
+  Index history_fields() const { return 6 * options_.relaxing_terms(); }  ///< per cube
+  bool relaxes() const { return options_.relaxing_terms() > 0; }
 
   TledOptions options_;
   bool has_rollers_;
