@@ -67,6 +67,7 @@ Scene pulled_bar(bool quarter) {
   const double low = quarter ? 0 : -2 * kH;
   Scene scene = box_scene({low, low, 0}, {2 * kH, 2 * kH, 10 * kH}, TissueModel::tled);
   BodyDescription& bar = scene.bodies[0];
+  bar.material.damping = 0.1;  // by default it follows the body's size
   bar.fixed.push_back({half_space({0, 0, 0.1 * kH}, {0, 0, 1})});
   if (quarter) {
     bar.fixed.push_back({half_space({0.1 * kH, 0, 0}, {1, 0, 0}), 1});
