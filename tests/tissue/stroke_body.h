@@ -140,15 +140,17 @@ class StrokeBody {
       is_full_ = is_full_ || report.is_full;
       cut_cubes_ += report.cut_cubes;
       slivers_ += report.slivers;
-      trail.follow(change);
       area_m2_ += report.area_m2;
       before_m = x_m;
-      for (const TopologyChange::Node& node : change.nodes)
-        if (node.from >= 0) {
-          before_m[at(node.node)] = before_m[at(node.from)];
-          rest_m_[at(node.node)] = rest_m_[at(node.from)];
-          velocity_m_s_[at(node.node)] = velocity_m_s_[at(node.from)];
-        }
+      do {
+        trail.follow(change);
+        for (const TopologyChange::Node& node : change.nodes)
+          if (node.from >= 0) {
+            before_m[at(node.node)] = before_m[at(node.from)];
+            rest_m_[at(node.node)] = rest_m_[at(node.from)];
+            velocity_m_s_[at(node.node)] = velocity_m_s_[at(node.from)];
+          }
+      } while (cutter_.match_parts(change));
     }
     frame_ += frames + 1;
   }
@@ -175,10 +177,10 @@ class StrokeBody {
   TriangleMesh mesh() const { return cutter_.mesh(rest_m_); }
 
   /// Edges without a twin, triangles that reach from part to part, parts of the lattice that have a surface,
-  /// the most that a part without one holds [cubes], and the longest edge at rest [spacings].
+  /// and the longest edge at rest [spacings].
   struct Surface {
     int open = 0, reaching = 0, parts = 0;
-    double most_without = 0, longest = 0;
+    double longest = 0;
   };
   Surface surface() const {
     Surface found;
@@ -203,13 +205,6 @@ class StrokeBody {
     std::set<Index> seen;
     for (const auto& t : mesh.triangles) seen.insert(part(t[0]));
     found.parts = int(seen.size());
-    std::map<Index, double> fill;
-    const CubeLattice& lattice = cutter_.lattice().lattice();
-    for (std::size_t c = 0; c < lattice.cubes.size(); ++c)
-      if (lattice.has_cube(c))
-        fill[part_of_node[at(lattice.cube_nodes[c][0])]] += double{lattice.cube_fill[c]};
-    for (const auto& [of, sum] : fill)
-      if (!seen.contains(of)) found.most_without = std::max(found.most_without, sum);
     return found;
   }
   /// Edges of the given surface may be longer.

@@ -84,7 +84,8 @@ cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::Bla
       cutter_->cut(trail, strip, last_x_m_.empty() ? x_m_ : last_x_m_, x_m_, change_);
   journal_origins_.resize(cutter_->lattice().journals().size(), {stroke_, cut_frame_});
   if (change_.copies.empty()) return report;
-  follow(ctx, change_, observer);
+  do follow(ctx, change_, observer);
+  while (cutter_->match_parts(change_));
   surface_.update(ctx, tissue_.body());
   return report;
 }

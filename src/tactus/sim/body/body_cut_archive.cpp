@@ -68,7 +68,10 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const CutObserver
     journal_origins_.push_back(origins[k]);
     cutter_->cut(journal, change_);
     const std::vector<Vec3f> last_x_m = last_x_m_;
-    if (!change_.copies.empty()) follow(ctx, change_, observer);
+    if (!change_.copies.empty()) {
+      do follow(ctx, change_, observer);
+      while (cutter_->match_parts(change_));
+    }
     last_x_m_ = last_x_m;
     if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
   }

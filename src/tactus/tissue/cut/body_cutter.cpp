@@ -62,6 +62,27 @@ CutReport BodyCutter::cut_marked(TopologyChange& change) {
   return report;
 }
 
+bool BodyCutter::match_parts(TopologyChange& change) {
+  change.clear();
+  std::vector<Index> cubes;
+  std::vector<std::uint8_t> is_whole;
+  for (const CutSurface::IslandCube& cube : surface_.find_island(lattice_)) {
+    cubes.push_back(cube.cube);
+    is_whole.push_back(cube.is_whole ? 1 : 0);
+  }
+  if (cubes.empty()) {
+    lattice_.join(surface_.join_bare(lattice_), change);
+    return !change.copies.empty();
+  }
+  const auto stages = lattice_.part_island(cubes, is_whole);
+  if (stages.empty()) return false;
+  lattice_.divide(stages.front(), surface_.part_island(lattice_, stages.front()));
+  lattice_.commit(stages, change);
+  surface_.find_near_splits(lattice_, stages);
+  surface_.update(lattice_, change);
+  return true;
+}
+
 TriangleMesh BodyCutter::mesh(std::span<const Vec3f> x_m) const {
   TriangleMesh mesh;
   for (Index v = 0; v < surface_.vertex_count(); ++v) {

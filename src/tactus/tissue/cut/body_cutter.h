@@ -41,6 +41,12 @@ class BodyCutter {
     return cut_marked(change);
   }
 
+  /// After cut(), as long as it changes something, so that each part of the lattice has one closed surface:
+  /// parts a piece of the surface from the part that it moves with, if that has a larger one, or joins parts
+  /// without a surface to their neighbours.
+  /// @param change its old contents are dropped @returns whether it did
+  bool match_parts(TopologyChange& change);
+
   /// After all journals of another body.
   void keep_off(std::span<const LatticeCutter::KeptOff> nodes) { lattice_.keep_off(nodes); }
 

@@ -1,7 +1,6 @@
 // That each part of the lattice has a closed surface of its own.
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "tactus/compute/cpu_for.h"
@@ -214,40 +213,21 @@ void CutSurface::drop_triangle(Index triangle) {
 /// Walls that meet under a flat angle leave dust: closed surfaces of less than the least fill, that move with
 /// a part of the lattice which has a larger one. Its mass is with that part.
 void CutSurface::drop_dust(const LatticeCutter& cutter) {
-  struct ClosedPiece {
-    Index count = 0, part = 0;
-    double volume = 0;  // spacings^3
-  };
-  const auto is_used = [&](const Piece& t) { return t[0] != t[1] || t[1] != t[2]; };
-  std::vector<Index> parent(index(vertex_count()));
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](Index v) {
-    while (parent[index(v)] != v) v = parent[index(v)] = parent[index(parent[index(v)])];
-    return v;
-  };
-  for (const auto& [a, b, c] : vertices_of_) parent[index(root(a))] = parent[index(root(b))] = root(c);
-  const std::vector<Index> part_of_node = cutter.part_of_nodes();
-  std::map<Index, ClosedPiece> pieces;  // by the root of their vertices
-  std::map<Index, double> largest;      // per part
-  for (const Piece& t : vertices_of_) {
-    if (!is_used(t)) continue;
-    const Index first = root(t[0]);
-    ClosedPiece& piece = pieces[first];
-    if (piece.count++ == 0)
-      piece.part = part_of_node[index(cutter.lattice().cube_nodes[index(vertex_cube_[index(first)])][0])];
-    const auto p = [&](std::size_t k) { return at(vertex_point_[index(t[k])]); };
-    piece.volume += volume6(at(vertex_point_[index(first)]), p(0), p(1), p(2)) / 6;
-  }
-  for (const auto& [first, piece] : pieces) {
-    double& most = largest.try_emplace(piece.part, piece.volume).first->second;
-    most = std::max(most, piece.volume);
-  }
-  std::erase_if(pieces, [&](const auto& piece) {
-    return std::abs(piece.second.volume) >= kLeastFill || piece.second.volume == largest[piece.second.part];
+  may_be_bare_ = true;
+  ClosedPieces all = closed_pieces(cutter);
+  const auto is_extra = [&](const ClosedPiece& piece) { return piece.volume != all.largest.at(piece.part); };
+  // What parts from an island may be in pieces, too.
+  islands_ =
+      4 * static_cast<Index>(std::count_if(all.pieces.begin(), all.pieces.end(), [&](const auto& piece) {
+        return piece.second.volume >= kLeastFill && is_extra(piece.second);
+      }));
+  std::erase_if(all.pieces, [&](const auto& piece) {
+    return std::abs(piece.second.volume) >= kLeastFill || !is_extra(piece.second);
   });
-  if (pieces.empty()) return;
+  if (all.pieces.empty()) return;
   for (Index triangle = 0; triangle < triangle_count(); ++triangle)
-    if (const Piece& t = vertices_of_[index(triangle)]; is_used(t) && pieces.contains(root(t[0])))
+    if (const Piece& t = vertices_of_[index(triangle)];
+        is_used(t) && all.pieces.contains(all.of_vertex[index(t[0])]))
       drop_triangle(triangle);
 }
 

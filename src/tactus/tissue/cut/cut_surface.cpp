@@ -356,6 +356,30 @@ void CutSurface::find_points(const LatticeCutter& cutter, Split& split) {
   note_ends(cutter, split);
 }
 
+/// A cube's material, as it came from the walls that parted its cube.
+template <class F>
+void CutSurface::for_each_tet(const LatticeCutter& cutter, Index cube, F&& f) const {
+  // Cubes that fell apart on the way to this one, the last one first. Each has a corner more than the next,
+  // but for those that an island left.
+  std::array<Index, kMostParents> from;
+  std::size_t count = 0;
+  Index root = cube;
+  for (Index parent = parent_[index(cube)]; parent >= 0; parent = parent_[index(parent)])
+    from[count++] = root = parent;
+  const auto descend = [&](const auto& self, const Tet& tet, std::size_t left) -> void {
+    if (left == 0) {
+      f(tet);
+      return;
+    }
+    const Parted& parted = parted_[index(parted_place_[index(from[left - 1])])];
+    const int side = parted.part[0] == (left > 1 ? from[left - 2] : cube) ? 0 : 1;
+    part(tet, parted.wall, [&](int of, const Tet& piece, double) {
+      if (of == side) self(self, piece, left - 1);
+    });
+  };
+  for (const Tet& tet : whole_cube(cutter.lattice().cubes[index(root)])) descend(descend, tet, count);
+}
+
 /// Near a corner of the parent the original surface says whether there is material.
 void CutSurface::find_reference(const LatticeCutter& cutter, Split& split) const {
   split.has_surface = !bins_.empty(split.regular);
@@ -379,6 +403,15 @@ void CutSurface::find_reference(const LatticeCutter& cutter, Split& split) const
       if (distance > 1e-4F) return;
     }
   }
+  // Islands may have nothing near their corners.
+  for_each_tet(cutter, split.split.parent, [&](const Tet& tet) {
+    const Vec3d p = 0.25 * (tet[0] + tet[1] + tet[2] + tet[3]);
+    const float distance = std::abs(solid_->distance_m(vec_cast<float>(p)));
+    if (leaf(split.regular, p) != split.split.parent || !(distance > deepest)) return;
+    deepest = distance;
+    split.reference = p;
+    split.is_reference_inside = solid_->inside(vec_cast<float>(p));
+  });
 }
 
 void CutSurface::find_faces(Stage& s, Split& split) const {
@@ -416,29 +449,6 @@ double CutSurface::inside_share(const Stage& s, const Split& split, const Tet& t
   int count = inside(s, split, middle) ? 1 : 0;
   for (const Vec3d& corner : tet) count += inside(s, split, 0.5 * (middle + corner)) ? 1 : 0;
   return count;
-}
-
-/// A cube's material, as it came from the walls that parted its cube.
-template <class F>
-void CutSurface::for_each_tet(const LatticeCutter& cutter, Index cube, F&& f) const {
-  // Cubes that fell apart on the way to this one, the last one first. Each has a corner more than the next.
-  std::array<Index, 8> from;
-  std::size_t count = 0;
-  Index root = cube;
-  for (Index parent = parent_[index(cube)]; parent >= 0; parent = parent_[index(parent)])
-    from[count++] = root = parent;
-  const auto descend = [&](const auto& self, const Tet& tet, std::size_t left) -> void {
-    if (left == 0) {
-      f(tet);
-      return;
-    }
-    const Parted& parted = parted_[index(parted_place_[index(from[left - 1])])];
-    const int side = parted.part[0] == (left > 1 ? from[left - 2] : cube) ? 0 : 1;
-    part(tet, parted.wall, [&](int of, const Tet& piece, double) {
-      if (of == side) self(self, piece, left - 1);
-    });
-  };
-  for (const Tet& tet : whole_cube(cutter.lattice().cubes[index(root)])) descend(descend, tet, count);
 }
 
 double CutSurface::share(const LatticeCutter& cutter, const Stage& s, const Split& split) const {

@@ -2,6 +2,7 @@
 /// The surface of a body that is cut: divided along walls, with the walls on both sides.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <span>
 #include <utility>
@@ -41,6 +42,21 @@ class CutSurface {
   /// valid until the next call
   const std::vector<double>& cut(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
   static constexpr double kLeastFill = 1.0 / 64;
+  /// A cube or copy whose material is of an island, or in part. Side 1 of the wall, which has no triangles,
+  /// is the island's.
+  struct IslandCube {
+    Index cube = 0;
+    bool is_whole = false;  ///< all of its material is the island's
+    Wall wall;
+  };
+  /// An island is a closed surface that moves with a part of the lattice that has a larger one: material that
+  /// is in pieces while its cube is not. @returns the cubes of the next one; none: there is none
+  std::span<const IslandCube> find_island(const LatticeCutter& cutter);
+  /// In place of cut() for the cubes that find_island() found.
+  const std::vector<double>& part_island(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage);
+  /// Copies of parts of the lattice that have no surface, and the copies across their walls that get what
+  /// they have.
+  std::vector<std::array<Index, 2>> join_bare(const LatticeCutter& cutter);
   /// Finds the triangles that update() looks at. It reads only the cubes' places from the cutter, which
   /// commit() leaves as they are.
   void find_near_splits(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages);
@@ -247,6 +263,7 @@ class CutSurface {
       rim.clear();
     }
   };
+  static constexpr std::size_t kMostParents = 32;  ///< of a copy
   static constexpr std::int8_t kNoSide = -1, kBothSides = 2;
   /// Instead of a place in divided_: it is in one piece, or outside of the body.
   static constexpr Index kWhole = -1, kOutside = -2, kInPieces = -3;
@@ -364,6 +381,24 @@ class CutSurface {
   void set_vertices(Index triangle, const std::array<Index, 3>& vertices, std::uint64_t change);
   void count_edges(const std::array<Index, 3>& vertices, int sign);
   void sum_edges();
+  // cut_islands.cpp
+  struct ClosedPiece {
+    Index count = 0, part = 0;
+    double volume = 0;  ///< spacings^3
+  };
+  /// Closed surfaces, by the root of their vertices, and the largest volume per part of the lattice.
+  struct ClosedPieces {
+    std::vector<Index> of_vertex;
+    std::map<Index, ClosedPiece> pieces;
+    std::map<Index, double> largest;
+  };
+  ClosedPieces closed_pieces(const LatticeCutter& cutter) const;
+  static bool is_used(const Piece& t) { return t[0] != t[1] || t[1] != t[2]; }
+  template <class F>
+  void add_island_cube(const LatticeCutter& cutter, Index cube, const F& is_of_island);
+  void take_to_island(const Stage& s);
+  template <class F>
+  Index copy_across(const LatticeCutter& cutter, Index cube, const F& counts);
   // cut_parts.cpp
   void drop_dust(const LatticeCutter& cutter);
   void drop_triangle(Index triangle);
@@ -440,6 +475,11 @@ class CutSurface {
   std::vector<Vec3d> wall_middles_;  ///< of the stage's new walls
   std::vector<double> run_depths_;   ///< of some of these
   bool is_cut_again_ = false;        ///< a copy fell apart since the last update()
+  Index islands_ = 0;                ///< that the last update() found, less those that were parted
+  bool may_be_bare_ = false;         ///< a part of the lattice, since the last join_bare()
+  std::vector<IslandCube> island_;   ///< of the last find_island()
+  Index island_root_ = 0;
+  std::vector<Index> island_of_vertex_;
   Index filled_ = 0, slivers_ = 0;
   double wall_area_ = 0, deepest_ = 0;
   bool is_full_ = false;

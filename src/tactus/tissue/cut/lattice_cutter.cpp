@@ -48,6 +48,7 @@ LatticeCutter::LatticeCutter(CubeLattice lattice, std::vector<std::uint8_t> may_
     const Vec3i p = lattice_.cubes[at(c)];
     if (lattice_.has_cube(at(c))) grid_[cell(p)] = c;
   }
+  island_.assign(lattice_.cubes.size(), 0);
   cut_place_.assign(at(lattice_.regular_cubes()), -1);
   kept_off_.assign(lattice_.nodes.size(), Vec3f{});
   cuts_.reserve(4 * lattice_.copies.size());

@@ -103,12 +103,20 @@ class LatticeCutter {
   /// stay
   std::span<const std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_capacity = {});
   bool is_full() const { return is_full_; }
+  /// In place of splits(): material of a closed surface falls off. Its copies share nodes with one another,
+  /// but none with others from now on, though these may own the same corners.
+  /// @param is_whole per cube: part[0] has nothing
+  std::span<const std::vector<CubeSplit>> part_island(std::span<const Index> cubes,
+                                                      std::span<const std::uint8_t> is_whole);
   /// Gives a stage's parts their parents' fill and mass, before the next stage parts them again. @param share
   /// per split: part[1]'s share of the parent's fill
   void divide(const std::vector<CubeSplit>& stage, const std::vector<double>& share);
   /// Gives copies their nodes, and these their masses, once all stages were divided.
   /// @param change its old contents are dropped
   void commit(std::span<const std::vector<CubeSplit>> stages, TopologyChange& change);
+
+  /// Copies that are no more, and those that get their material. @param change its old contents are dropped
+  void join(std::span<const std::array<Index, 2>> from_to, TopologyChange& change);
 
   /// Where a strip crossed the way between two corners: share of the way from `a`; -1: none did.
   double place(Index cube, int a, int b) const;
@@ -215,16 +223,23 @@ class LatticeCutter {
   }
   void share_nodes(SharedNodes& shared);
   void add_copies(Index first_copy, TopologyChange& change);
+  void remove_live(Index copy);
+  void take_nodes(TopologyChange& change);
+  void copy_cuts(Index cube, const std::array<Index, 8>& before);
   void share_masses(Index first_new, TopologyChange& change);
   void add_node(Index node, Index old, TopologyChange& change);
 
   CubeLattice lattice_;
   std::vector<std::uint8_t> may_cut_;
+  std::vector<Index> island_;  ///< per cube and copy: its island; 0: none
+  Index islands_ = 0;
   std::vector<Index> grid_;       ///< regular cube per cell of the box
   std::vector<Index> cut_place_;  ///< per regular cube: in live_; -1: it is whole
-  /// Cubes and copies with a regular cube's material; each has a corner of it at least.
+  /// Cubes and copies with a regular cube's material; each has a corner of it at least. Those of different
+  /// islands may have the same ones, kMostLive in all.
+  static constexpr std::size_t kMostLive = 16;
   struct Live {
-    std::array<Index, 8> cubes{};
+    std::array<Index, kMostLive> cubes{};
     Index count = 0;
   };
   std::vector<Live> live_;              ///< of regular cubes that were cut

@@ -11,8 +11,8 @@ namespace {
 
 std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
-/// Eight cubes, in eight parts each.
-constexpr std::size_t kMostAtCorner = 64;
+/// Eight cubes, in 16 parts each.
+constexpr std::size_t kMostAtCorner = 128;
 
 Vec3i step(int q) { return {q & 1, q >> 1 & 1, q >> 2}; }
 
@@ -28,11 +28,11 @@ std::uint32_t points_round(int q, std::uint8_t own) {
 /// meet.
 class CornerSets {
  public:
-  /// @param points that the next one owns @returns its number
-  void add(std::uint32_t points) {
+  /// @param points that the next one owns @param island of which it is
+  void add(std::uint32_t points, Index island) {
     std::uint8_t own = kNone;
     for (std::uint8_t s = 0; s < sets_; ++s) {
-      if ((points_of_[s] & points) == 0) continue;
+      if ((points_of_[s] & points) == 0 || island_of_[s] != island) continue;
       if (own == kNone) {
         own = s;
         continue;
@@ -40,7 +40,10 @@ class CornerSets {
       points_of_[own] |= std::exchange(points_of_[s], 0);
       std::replace(set_.begin(), set_.begin() + count_, s, own);
     }
-    if (own == kNone) points_of_[own = sets_++] = 0;
+    if (own == kNone) {
+      points_of_[own = sets_++] = 0;
+      island_of_[own] = island;
+    }
     points_of_[own] |= points;
     set_[count_++] = own;
   }
@@ -49,6 +52,7 @@ class CornerSets {
  private:
   static constexpr std::uint8_t kNone = 255;
   std::array<std::uint32_t, kMostAtCorner> points_of_;  ///< per set; 0: it was joined to another one
+  std::array<Index, kMostAtCorner> island_of_;          ///< per set
   std::array<std::uint8_t, kMostAtCorner> set_;
   std::uint8_t sets_ = 0, count_ = 0;
 };
@@ -96,6 +100,7 @@ std::uint8_t LatticeCutter::extended(std::uint32_t cut_edges, std::uint8_t low, 
 
 void LatticeCutter::add_copy(const CubeSplit& split, int part, std::uint8_t own) {
   const Index copy = split.part[part], parent = split.parent;
+  island_[at(copy)] = island_[at(parent)];
   lattice_.copies[at(copy - lattice_.regular_cubes())] = {regular_of(parent), own};
   lattice_.cubes[at(copy)] = lattice_.cubes[at(parent)];
   lattice_.cube_nodes[at(copy)] = lattice_.cube_nodes[at(parent)];
@@ -197,6 +202,66 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::splits(
   return std::span(stages_).first(stage_count_);
 }
 
+std::span<const std::vector<CubeSplit>> LatticeCutter::part_island(std::span<const Index> cubes,
+                                                                   std::span<const std::uint8_t> is_whole) {
+  falling_.clear();
+  for (auto& stage : stages_) stage.clear();
+  affected_.clear();
+  Index next = next_copy_;
+  // As many parts as that a cube may have in the end.
+  const auto has_room = [&](Index cube) {
+    int parts = std::popcount(static_cast<unsigned>(corners(cube)));
+    for (const Index other : live(regular_of(cube)))
+      parts += std::popcount(static_cast<unsigned>(corners(other)));
+    return at(parts) <= kMostLive;
+  };
+  is_full_ = next + 2 * static_cast<Index>(cubes.size()) > lattice_.cube_count() ||
+             !std::all_of(cubes.begin(), cubes.end(), has_room);
+  if (is_full_) return {};
+  ++islands_;
+  for (std::size_t k = 0; k < cubes.size(); ++k) {
+    CubeSplit split{.parent = cubes[k], .part = {next, next + 1}};
+    add_copy(split, 0, is_whole[k] != 0 ? std::uint8_t{0} : corners(cubes[k]));
+    add_copy(split, 1, corners(cubes[k]));
+    island_[at(next + 1)] = islands_;
+    stages_[0].push_back(split);
+    falling_.push_back({cubes[k], 2});
+    next += 2;
+  }
+  is_full_ = !fits();
+  if (is_full_) {
+    for (Index copy = next_copy_; copy < next; ++copy)
+      lattice_.copies[at(copy - lattice_.regular_cubes())] = {};
+    return {};
+  }
+  next_copy_ = next;
+  stage_count_ = 1;
+  return std::span(stages_).first(1);
+}
+
+/// Cuts between nodes that a copy had at its corners are between those that it has now, which blades find
+/// where they found the old ones.
+void LatticeCutter::copy_cuts(Index cube, const std::array<Index, 8>& before) {
+  const auto& nodes = lattice_.cube_nodes[at(cube)];
+  for (std::size_t e = 0; e < kPairs; ++e) {
+    const auto [a, b] = kCornerPairs[e];
+    const Index old_a = before[at(a)], old_b = before[at(b)], new_a = nodes[at(a)], new_b = nodes[at(b)];
+    const bool is_own = (corners(cube) >> a & corners(cube) >> b & 1) != 0;
+    if (!is_own || (old_a == new_a && old_b == new_b)) continue;
+    const float* known = cuts_.find(key(old_a, old_b));
+    if (known == nullptr) continue;
+    const float place = (old_a < old_b) == (new_a < new_b) ? *known : 1 - *known;
+    cuts_.try_emplace(key(new_a, new_b), place);
+  }
+  for (std::size_t q = 0; q < 8; ++q) {
+    if ((corners(cube) >> q & 1) == 0 || kept_off_[at(before[q])] == Vec3f{} ||
+        kept_off_[at(nodes[q])] != Vec3f{})
+      continue;
+    kept_off_[at(nodes[q])] = kept_off_[at(before[q])];
+    near_wall_.push_back(nodes[q]);
+  }
+}
+
 /// The rest of a cube while its parts are split off has a copy, too.
 void LatticeCutter::add_splits(Index cube, std::uint32_t cut_edges, const Parts& parts, Index first) {
   std::uint8_t rest = corners(cube);
@@ -228,26 +293,35 @@ void LatticeCutter::share_nodes(SharedNodes& shared) {
     if (regular < 0) continue;
     for (const Index cube : live(regular)) {
       const std::uint8_t own = corners(cube);
-      entries[count++] = {cube, static_cast<std::uint8_t>(q), (own >> q & 1) != 0, -1,
+      // The regular node is not an island's.
+      const Index island = island_[at(cube)];
+      entries[count++] = {cube, static_cast<std::uint8_t>(q), (own >> q & 1) != 0 && island == 0, -1,
                           lattice_.cube_nodes[at(cube)][at(q)]};
-      set.add(points_round(q, own));
+      set.add(points_round(q, own), island);
     }
   }
   std::array<Index, kMostAtCorner> node, taken;  // per set; of virtual nodes
   std::fill_n(node.begin(), count, -1);
   std::size_t taken_count = 0;
-  for (std::size_t e = 0; e < count; ++e)
-    if (entries[e].owns_corner) node[set[e]] = entries[e].before;
-  for (std::size_t e = 0; e < count; ++e) {
+  const auto take = [&](std::size_t e) {
     const Index old = entries[e].before;
     const auto end = taken.begin() + static_cast<std::ptrdiff_t>(taken_count);
     if (node[set[e]] >= 0 || old < lattice_.regular_nodes() || std::find(taken.begin(), end, old) != end)
-      continue;
+      return;
     taken[taken_count++] = node[set[e]] = old;
-  }
+  };
+  for (std::size_t e = 0; e < count; ++e)
+    if (entries[e].owns_corner) node[set[e]] = entries[e].before;
+  for (std::size_t e = 0; e < count; ++e)
+    if ((corners(entries[e].cube) >> entries[e].corner & 1) != 0) take(e);
+  for (std::size_t e = 0; e < count; ++e) take(e);
   shared.new_nodes = 0;
   for (std::size_t e = 0; e < count; ++e) {
     Index& of = node[set[e]];
+    if (corners(entries[e].cube) == 0) {  // nothing is in it
+      entries[e].node = entries[e].before;
+      continue;
+    }
     if (of < 0) of = next_node_ + shared.new_nodes++;
     entries[e].node = of;
   }
@@ -302,12 +376,71 @@ void LatticeCutter::divide(const std::vector<CubeSplit>& stage, const std::vecto
       lattice_.cube_mass_kg[at(split.part[part])] = static_cast<float>(of * mass_kg);
       if (lattice_.cube_fill[at(split.part[part])] > 0) continue;
       // Nothing is in it, so it is none of those that have the cube's material.
-      Live& live = live_[at(cut_place_[at(regular_of(split.parent))])];
-      const auto end = live.cubes.begin() + live.count;
-      live.count =
-          static_cast<Index>(std::remove(live.cubes.begin(), end, split.part[part]) - live.cubes.begin());
+      remove_live(split.part[part]);
     }
   }
+}
+
+/// Copies at affected corners get the nodes that share_nodes() found.
+void LatticeCutter::take_nodes(TopologyChange& change) {
+  const Index first_new = next_node_;
+  for (const SharedNodes& shared : affected_) {
+    for (AtCorner& e : entries(shared)) {
+      const bool is_new = e.node >= first_new;
+      if (is_new) e.node += next_node_ - first_new;
+      if (e.node == e.before) continue;
+      if (is_new) add_node(e.node, e.before, change);
+      lattice_.cube_nodes[at(e.cube)][at(e.corner)] = e.node;
+      touched_.insert(e.cube);
+    }
+    next_node_ += shared.new_nodes;
+  }
+}
+
+void LatticeCutter::remove_live(Index copy) {
+  Live& live = live_[at(cut_place_[at(regular_of(copy))])];
+  const auto end = live.cubes.begin() + live.count;
+  live.count = static_cast<Index>(std::remove(live.cubes.begin(), end, copy) - live.cubes.begin());
+}
+
+/// What is joined was a part of its own, so others share the nodes that they shared.
+void LatticeCutter::join(std::span<const std::array<Index, 2>> from_to, TopologyChange& change) {
+  change.clear();
+  if (from_to.empty()) return;
+  const Vec3i n = lattice_.node_dims;
+  for (const auto& [from, to] : from_to) {
+    lattice_.cube_fill[at(to)] += std::exchange(lattice_.cube_fill[at(from)], 0.F);
+    lattice_.cube_mass_kg[at(to)] += std::exchange(lattice_.cube_mass_kg[at(from)], 0.F);
+    remove_live(from);
+    change.cut.push_back({from, lattice_.cubes[at(from)].z});
+    for (int q = 0; q < 8; ++q) {
+      const Vec3i p = lattice_.cubes[at(from)] + step(q);
+      touched_.insert((p.z * n.y + p.y) * n.x + p.x);
+      lattice_.node_mass_kg[at(lattice_.cube_nodes[at(from)][at(q)])] = 0;
+    }
+  }
+  find_affected();
+  Index new_nodes = 0;
+  for (SharedNodes& shared : affected_) {
+    share_nodes(shared);
+    new_nodes += shared.new_nodes;
+  }
+  const Index first_new = next_node_;
+  if (first_new + new_nodes <= lattice_.node_count()) take_nodes(change);
+  for (const auto& [from, to] : from_to) touched_.insert(to);
+  add_copies(next_copy_, change);
+  share_masses(first_new, change);
+  for (const auto& [from, to] : from_to)
+    for (const Index node : lattice_.cube_nodes[at(from)]) {
+      const bool is_told = std::any_of(change.nodes.begin(), change.nodes.end(),
+                                       [&](const TopologyChange::Node& known) { return known.node == node; });
+      if (!is_told)
+        change.nodes.push_back({.node = node,
+                                .from = -1,
+                                .layer = lattice_.nodes[at(node)].z,
+                                .mass_kg = 0,
+                                .fixed = held_axes(lattice_, node)});
+    }
 }
 
 void LatticeCutter::commit(std::span<const std::vector<CubeSplit>> stages, TopologyChange& change) {
@@ -327,17 +460,13 @@ void LatticeCutter::commit(std::span<const std::vector<CubeSplit>> stages, Topol
     }
   }
   const Index first_new = next_node_;
-  for (const SharedNodes& shared : affected_) {
-    for (AtCorner& e : entries(shared)) {
-      const bool is_new = e.node >= first_new;
-      if (is_new) e.node += next_node_ - first_new;
-      if (e.node == e.before) continue;
-      if (is_new) add_node(e.node, e.before, change);
-      lattice_.cube_nodes[at(e.cube)][at(e.corner)] = e.node;
-      touched_.insert(e.cube);
-    }
-    next_node_ += shared.new_nodes;
-  }
+  std::vector<std::pair<Index, std::array<Index, 8>>> islands;
+  for (const std::vector<CubeSplit>& stage : stages)
+    for (const CubeSplit& split : stage)
+      if (island_[at(split.part[1])] != 0)
+        for (const Index part : split.part) islands.emplace_back(part, lattice_.cube_nodes[at(part)]);
+  take_nodes(change);
+  for (const auto& [cube, before] : islands) copy_cuts(cube, before);
   add_copies(first_copy, change);
   share_masses(first_new, change);
 }

@@ -75,6 +75,14 @@ Wall::Wall(Vec3i cube, std::uint8_t sides, std::uint8_t own, const std::array<Ve
   }
 }
 
+Wall::Wall(Vec3i cube, const WallPlane& plane, const std::array<int, 6>& side) : cube_(cube) {
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    tets_[t].is_parted = side[t] < 0;
+    tets_[t].side = std::max(side[t], 0);
+    tets_[t].below = plane;
+  }
+}
+
 void Wall::add(int tet, int a, int b, int c, const std::array<Vec3d, 19>& crossing, Vec3d on_side_1,
                WallPlane& plane) {
   const Vec3d p = crossing[at(a)];

@@ -25,6 +25,10 @@ class Wall {
   /// @param crossing place between two corners, per pair of kCornerPairs; of pairs on one side unused
   Wall(Vec3i cube, std::uint8_t sides, std::uint8_t own, const std::array<Vec3d, 19>& crossing);
 
+  /// Without triangles: parts what has nothing between its pieces.
+  /// @param side per tetrahedron: of all of it; -1: the plane says
+  Wall(Vec3i cube, const WallPlane& plane, const std::array<int, 6>& side);
+
   /// Side of a point in the cube.
   int side(Vec3d p) const;
   /// A triangle with its normal to side 1: indices of kCornerPairs, and its tetrahedron.
