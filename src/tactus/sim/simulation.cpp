@@ -47,6 +47,12 @@ HullOptions coarse(HullOptions options) {
   return options;
 }
 
+std::vector<std::string> names_of(const std::vector<BodyDescription>& bodies) {
+  std::vector<std::string> names;
+  for (const BodyDescription& body : bodies) names.push_back(body.name);
+  return names;
+}
+
 std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
   if (!scene.reconstruction.depth) return {};
   return rig.depth_cameras;
@@ -121,6 +127,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       moving_obstacles_(scene, obstacle_descriptions(scene, assets)),
       obstacle_watch_(still_ones(obstacle_descriptions(scene, assets))),
       energy_watch_(make_energy_watch()),
+      contact_log_(names_of(scene.bodies)),
       world_(devices, std::max(devices_that_touch(bodies_), SceneLiquid::part_count(devices, scene)),
              surface_settings(fine_surface_.surface(), sample_spacing_m_),
              {.restitution = static_cast<float>(scene.contact.restitution),
@@ -224,6 +231,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     released_s_ = frame->captured_s > 0 ? frame->released_s : 0;
   }
   move_tools(times, has_new_images);
+  contact_log_.begin_frame();
   part_ = 0;
   const double frame_begin_s = clock_.simulated_s() - times.dt_s;
   double done_s = 0;
@@ -334,19 +342,36 @@ void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& rep
     return bodies_.at(static_cast<std::size_t>(collider - kColliders))->name();
   };
   if (liquid_) liquid_->add_forces(readback_, name_of, dt_frame_s, report.liquid_forces);
-  for (const auto& body : bodies_) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const auto& body = bodies_[b];
     ContactReport contact = body->contact(readback_, static_cast<float>(dt_frame_s), substeps);
     note_contact(contact);
     contact.contacts_per_substep *= substeps;
     report.contact.add(contact);
     for (const ColliderReaction& r : contact.colliders)
       add_contact({body->name(), name_of(r.collider), r}, report);
+    if (contact_log_.is_asked(b)) log_points(b, name_of);
     const std::string trouble = body->end_frame(devices_.context(0), readback_, substeps);
     if (!trouble.empty()) report.notices.push_back({"body.blew_up", Severity::warning, trouble, ""});
   }
   for (const PairReaction& r : touching_.reactions(readback_, static_cast<float>(dt_frame_s))) {
     const auto name = [&](Index b) { return bodies_[static_cast<std::size_t>(b)]->name(); };
     add_contact({name(r.body), name(r.other), r.reaction}, report);
+    if (r.body == r.other) continue;  // gives its momentum to itself
+    contact_log_.add(
+        static_cast<std::size_t>(r.other),
+        {.other = name(r.body), .kind = ColliderKind::body, .impulse_N_s = r.reaction.impulse_N_s});
+  }
+}
+
+void Simulation::log_points(std::size_t body, const std::function<std::string(Index)>& name_of) {
+  const auto obstacles = static_cast<Index>(scene_.obstacles.size());  // blades follow them
+  for (const ContactPoint& p : bodies_[body]->contacts()) {
+    const ColliderKind kind = p.collider < kComponents               ? ColliderKind::component
+                              : p.collider - kComponents < obstacles ? ColliderKind::obstacle
+                                                                     : ColliderKind::tool;
+    contact_log_.add(
+        body, {p.point, name_of(p.collider), kind, p.x_m, p.n, p.gap_m, p.impulse_N_s, 0, {}, p.state});
   }
 }
 

@@ -16,6 +16,7 @@
 #include "tactus/sim/body/body_point.h"
 #include "tactus/sim/body/soft_body.h"
 #include "tactus/sim/body/touching_bodies.h"
+#include "tactus/sim/contact_log.h"
 #include "tactus/sim/cut_score.h"
 #include "tactus/sim/energy_watch.h"
 #include "tactus/sim/frame_clock.h"
@@ -85,6 +86,13 @@ class Simulation {
   }
   /// Where it is now. @throws usage Error for an obstacle that does not move.
   Rigidd pose(const std::string& obstacle) const { return moving_obstacles_.pose(obstacle); }
+  /// From the next frame on, contacts() has those of this body. @throws usage Error for a body that isn't in
+  /// the scene, with those that are.
+  void report_contacts(const std::string& body) { contact_log_.ask(body); }
+  /// Contacts of a body over the last frame; none unless they were asked for by report_contacts() before it.
+  const std::vector<BodyPointContact>& contacts(const std::string& body) const {
+    return contact_log_.of(body);
+  }
   /// Reductions that reduce_quality() can make in this scene's frames, the one that is missed least first.
   std::vector<QualityReduction> quality_reductions() const;
   /// From the next new images on, frames make these reductions and no others. On a GPU, each choice
@@ -213,6 +221,8 @@ class Simulation {
   void archive_cuts(StateArchive& a);
   void archive_scores(StateArchive& a);
   static void add_contact(const BodyContact& contact, StepReport& report);
+  /// The contacts of a body that are asked for, after each part of a frame.
+  void log_points(std::size_t body, const std::function<std::string(Index)>& name_of);
 
   DeviceSet& devices_;
   Scene scene_;
@@ -230,6 +240,7 @@ class Simulation {
   MovingObstacles moving_obstacles_;
   ObstacleWatch obstacle_watch_;
   EnergyWatch energy_watch_;
+  ContactLog contact_log_;
   /// Bodies are looked for in other things that move once in so many frames: they stay there for some.
   static constexpr int kFramesToWatch = 10;
   int frames_watched_ = 0;

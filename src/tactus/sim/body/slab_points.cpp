@@ -197,6 +197,26 @@ std::vector<ColliderTotals> SlabPoints::totals(const Readback& readback) const {
   return all;
 }
 
+std::vector<ContactPoint> SlabPoints::contacts() {
+  std::vector<ContactPoint> all;
+  std::array<ReactionSums, kColliders> moved_on{};
+  for (std::size_t s = 0; s < parts_.size(); ++s) {
+    Part& part = parts_[s];
+    std::vector<Index> point_at(at(part.points.count()), -1);  // places of the slab, by the body's points
+    for (std::size_t p = 0; p < part.place.size(); ++p)
+      if (part.place[p] >= 0) point_at[at(part.place[p])] = static_cast<Index>(p);
+    ContactPointList here = read_contact_points(tissue_->slab(static_cast<int>(s)).ctx, part.points);
+    for (ContactPoint& touching : here.points) {
+      touching.point = point_at[at(touching.point)];
+      all.push_back(touching);
+    }
+    for (std::size_t c = 0; c < moved_on.size(); ++c) moved_on[c].add(here.moved_on[c]);
+  }
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.point < b.point; });
+  append_moved_on(moved_on, all);
+  return all;
+}
+
 std::vector<Index> SlabPoints::touched() const {
   std::vector<Index> nodes;
   for (std::size_t s = 0; s < parts_.size(); ++s) {

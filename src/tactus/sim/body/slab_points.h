@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "tactus/contact/contact_on_devices.h"
+#include "tactus/contact/contact_points.h"
 #include "tactus/frame/readback.h"
 #include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/hybrid/body_solver.h"
@@ -47,6 +48,9 @@ class SlabPoints {
   void add_reports(Readback& readback);
   /// Totals of the frame that was waited for, per collider.
   std::vector<ColliderTotals> totals(const Readback& readback) const;
+  /// Contacts of the frame that was waited for, in the body's order of points: the same on any number of
+  /// slabs. Synchronizes.
+  std::vector<ContactPoint> contacts();
   /// node[0] of the points that touch, as the body counts them. Synchronizes.
   std::vector<Index> touched() const;
   const BodyPoints& points(int slab) const { return parts_[static_cast<std::size_t>(slab)].points; }

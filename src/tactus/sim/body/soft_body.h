@@ -68,6 +68,8 @@ class SoftBody {
   void add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world, Vec3f gravity_m_s2);
   /// Its reactions on the things that it touched, over the frame that was waited for.
   ContactReport contact(const Readback& readback, float dt_frame_s, int substeps) const;
+  /// Likewise, point by point. Synchronizes.
+  std::vector<ContactPoint> contacts() { return points_.contacts(); }
   /// After the frame was waited for: takes over the strain of the elements and the records of the check of
   /// nodes. A body that blew up goes back to where it was at the beginning of the frame and stays there from
   /// then on, which synchronizes.
