@@ -223,5 +223,44 @@ TEST(WallFill, HasTheSlopesOfItsFill) {
   }
 }
 
+/// A piece of a wound, half a spacing in front of which a particle may come: it has the velocity of the wall
+/// there, and rate x factor along its normal, volume per time and area. That fades as the rate does.
+TEST(Wounds, JetsHaveTheSpeedOfRateOverArea) {
+  const float h = 0.02F, d = 0.01F, rate_m_s = 0.8F, dt_s = 0.01F;
+  std::vector<Vec3f> x_m, v_m_s(8, {0.1F, 0, 0.2F});
+  WoundPiece piece;
+  piece.local = {0.5F, 0.5F, 0.5F};
+  piece.along = {0, 1, 0};
+  piece.across = {0, 0, 1};
+  piece.area_m2 = d * d;
+  piece.factor = 0.5F;
+  for (Index q = 0; q < 8; ++q) {
+    x_m.push_back(
+        {h * static_cast<float>(q & 1), h * static_cast<float>(q >> 1 & 1), h * static_cast<float>(q >> 2)});
+    piece.node[q] = q;
+  }
+  std::vector<WoundPiece> pieces(2, piece);
+  pieces[1].local.x = 9;  // its other side is far
+  std::vector<FrameParams> frame{{.dt_s = dt_s, .gravity_m_s2 = {0, -9.81F, 0}, .substeps = 1}};
+  std::vector<std::uint32_t> turn(1), key(2);
+  std::vector<WoundState> states(2);
+  states[0].lost = 0.25F;
+  std::vector<WoundLedger> ledgers(kStrokes);
+  std::vector<Vec3f> place_m(2), speed_m_s(2);
+  std::vector<Index> is_shut(2);
+  const auto view = [](auto& list) { return View(list.data(), static_cast<Index>(list.size())); };
+  // 0.8 m/s x 0.5 x 0.01 s is 0.4 of a spacing, so the piece tries in every frame.
+  const TryWounds wounds{
+      view(pieces),    view(frame), view(x_m),    view(v_m_s),   view(turn),    rate_m_s,        0,
+      1 / (d * d * d), d,           view(states), view(ledgers), view(place_m), view(speed_m_s), view(key),
+      view(is_shut)};
+  wounds(0);
+  EXPECT_NEAR(place_m[0].x, 0.5F * h + 0.5F * d, 1e-6F);
+  EXPECT_NEAR(speed_m_s[0].x, 0.1F + 0.75F * 0.5F * rate_m_s, 1e-6F);
+  EXPECT_NEAR(speed_m_s[0].y, 0, 1e-6F);
+  EXPECT_NEAR(speed_m_s[0].z, 0.2F, 1e-6F);
+  EXPECT_EQ(is_shut[0], 0);
+}
+
 }  // namespace
 }  // namespace tactus

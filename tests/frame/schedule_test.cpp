@@ -101,6 +101,29 @@ TEST(Schedule, WithoutNewImagesNothingIsReconstructed) {
   EXPECT_EQ(log.names, (std::vector<std::string>{"upload", "hull", "bodies", "bodies"}));
 }
 
+/// Step k of p comes once (k + 1) n / p of n substeps are done: 2 in 5 after the third and the fifth, 7 in 3
+/// after 1, 1, 2, 2, 3, 3 and 3; stages of no other rate need substeps of their own.
+TEST(Schedule, PacedStepsAreSpreadOverTheSubsteps) {
+  DeviceSet devices("cpu");
+  const auto order = [&](int substeps, int paced, bool has_substeps) {
+    Schedule schedule(devices);
+    Log log;
+    if (has_substeps) schedule.add(log.stage("s", Rate::substep));
+    schedule.add(log.stage("p", Rate::paced));
+    schedule.close();
+    schedule.run({.gravity_m_s2 = {}, .substeps = substeps}, false, {.count = paced, .dt_s = 1});
+    std::string all;
+    for (const std::string& name : log.names) all += name;
+    return all;
+  };
+  EXPECT_EQ(order(5, 2, true), "ssspssp");
+  EXPECT_EQ(order(3, 7, true), "sppsppsppp");
+  EXPECT_EQ(order(2, 2, true), "spsp");
+  EXPECT_EQ(order(3, 0, true), "sss");
+  EXPECT_EQ(order(1, 3, false), "ppp");
+  EXPECT_EQ(order(0, 0, false), "");
+}
+
 /// Two rows share the substeps, and what they say sums to what the substeps took: no less than what was
 /// slept, no more than went by.
 TEST(Schedule, DividesTheTimeOfSubstepsAmongTheirRows) {

@@ -301,6 +301,18 @@ TEST(SceneFile, WrongTypesAndRanges) {
       {"bodies: [{name: cushion, shape: {kind: box}}]\nprobes: [{name: p, body: cusion, position_m: "
        "[0,0,0]}]",
        "3: probe 'p' sits on the unknown body 'cusion'; did you mean 'cushion'?"},
+      {"fluid: {spacing_m: 0.0001, box: {min_m: [0,0,0], max_m: [1,1,1]}, blocks: [{min_m: [0,0,0], max_m: "
+       "[0.1,0.05,0.1]}]}",
+       "2: in 'fluid': 'spacing_m' is 0.0001, which takes 500000000 particles to fill the 'blocks', at most "
+       "33500000 can "
+       "be indexed: raise it to at least 0.00025, or make the blocks smaller"},
+      {"fluid: {spacing_m: 0.01, max_particles: 50000000, box: {min_m: [0,0,0], max_m: [1,1,1]}}",
+       "2: 'fluid.max_particles' is '50000000', expected a whole number >= 1 and <= 3.35e+07"},
+      {"fluid: {spacing_m: 0.0001, box: {min_m: [0,0,0], max_m: [9,9,9]}, emitters: [{name: e, position_m: "
+       "[1,1,1], "
+       "radius_m: 9}]}",
+       "2: in 'fluid': the 'radius_m' 9 of emitter 'e' brings 25446900494 particles at once at 'spacing_m' "
+       "0.0001, more than 'max_particles' 40000: lower the radius, or raise 'max_particles' or 'spacing_m'"},
       {"probes: [{name: p, body: a, position_m: [0,0,0]}]",
        "2: probe 'p' sits on the unknown body 'a'; the scene has no bodies"},
   };

@@ -253,6 +253,30 @@ fluid:
   }
 }
 
+/// A wound owes 1 m/s. Places bring no more than a spacing in a frame, 0.3 m/s: the rest waits and is told,
+/// and due = bled + waiting. Without gravity, what comes out has the speed of rate over area, 1 m/s, along
+/// the normal of the wall, and what the wall moves adds to that.
+TEST(WoundScene, TellsWhatWaitsAndShootsAsFastAsItBleeds) {
+  Scene scene = bleeding_slab("    bleeding: {rate_m_s: 1}");
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  std::vector<Notice> notices;
+  StepReport report;
+  for (int k = 0; k < 10; ++k) {
+    report = simulation.step(nullptr, 1.0 / 30);
+    notices.insert(notices.end(), report.notices.begin(), report.notices.end());
+  }
+  double waiting_m3 = 0;
+  for (const CutScore& cut : simulation.cuts()) waiting_m3 += cut.due_m3 - cut.bled_m3;
+  EXPECT_GT(waiting_m3, 100 * kParticle_m3);
+  EXPECT_NEAR(report.liquid_waiting_m3, waiting_m3, 1e-6 * waiting_m3);
+  const auto is_late = [](const Notice& n) { return n.code == "liquid.wounds_wait"; };
+  ASSERT_EQ(std::count_if(notices.begin(), notices.end(), is_late), 1);
+  EXPECT_EQ(std::find_if(notices.begin(), notices.end(), is_late)->text,
+            "body 'slab' bleeds 1 m/s (volume per time and area), but wounds can bring 0.3 m/s at most, one "
+            "particle's spacing a frame: the rest waits");
+}
+
 TEST(WoundScene, RefusesBleedingByName) {
   const auto error_of = [](const std::string& what, const std::string& instead) {
     std::string text = kPlug;

@@ -57,15 +57,17 @@ TACTUS_HD inline Vec3f wall_correction(const LiquidConstants& liquid, const Near
   return correction;
 }
 
-/// v and the k that the last step kept, in the order of the search. Thread: slot.
+/// v and the first k, in the order of the search: p / rho^2 of the last step, times this step. Thread: slot.
 struct TakeMotion {
+  StepTime time;
   View<const Index> order;
   View<const Vec3f> v_m_s;
   View<const float> last_push;
   View<LiquidMotion> motion;
   View<float> found;
+  TACTUS_HD void load() { time.load(); }
   TACTUS_HD void operator()(Index i) const {
-    const float k = last_push[order[i]];
+    const float k = time.dt_s * last_push[order[i]];
     motion[i] = {v_m_s[order[i]], k};
     found[i] = k;
   }
@@ -214,7 +216,7 @@ struct DfsphVelocity {
   View<const SearchParticle> particles = {};
   View<const LiquidMotion> motion = {};  ///< before the step
   LiquidStepped stepped = {};
-  View<float> last_push = {};
+  View<float> last_push = {};  ///< p / rho^2
   View<const float> density_kg_m3 = {}, alpha = {};
   float share = 0;  ///< k that iterations add for a density error: DfsphPressure::share
 
@@ -239,7 +241,7 @@ struct DfsphVelocity {
     const float scale = liquid.mass_kg * liquid.kernel.slope_scale_1_m5(), push = own.push[t];
     const Vec3f v = v_star[i].v_m_s - scale * Vec3f{own.x[t], own.y[t], own.z[t]};
     if constexpr (kSteps) {
-      last_push[i] = kept(i, push, motion[i].push);
+      last_push[i] = time.dt_s > 0.F ? kept(i, push, motion[i].push) / time.dt_s : 0.F;
       stepped.end(liquid, walls, particles[i], i, kappa_v[i] + push, motion[i].v_m_s, time, v);
     } else {
       moved[i] = {v + wall_correction(liquid, walls, i, kappa_v[i] + push, time), push};
@@ -256,7 +258,6 @@ struct DfsphVelocity {
   /// than came in this step.
   TACTUS_HD float kept(Index i, float push, float first) const {
     const float rho0 = liquid.density_kg_m3, rho = density_kg_m3[i];
-    if (!(time.dt_s > 0.F)) return push;
     if (!(push > 0.F && rho > DfsphDensity::kThinnest * rho0)) return 0.F;
     const float most = kMostKept * rho0,
                 added = share * clamp(rho - rho0, -most, most) * alpha[i] / time.dt_s;

@@ -24,8 +24,9 @@ TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindCurvature, tactus::ListUs
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::PullSurface, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::TakeMotion);
 TACTUS_CUDA_KERNEL(tactus::KeepCount);
-TACTUS_CUDA_KERNEL(tactus::PlanLayers);
-TACTUS_CUDA_KERNEL(tactus::EmitLayers);
+TACTUS_CUDA_KERNEL(tactus::PlanEmission);
+TACTUS_CUDA_KERNEL(tactus::EmitParticles);
+TACTUS_CUDA_KERNEL(tactus::PassTime);
 TACTUS_CUDA_KERNEL(tactus::SumWalls);
 TACTUS_CUDA_KERNEL(tactus::ReportLiquid);
 TACTUS_CUDA_KERNEL(tactus::KeepYoungest);

@@ -5,16 +5,26 @@
 namespace tactus {
 
 /// Particle counts since the liquid was placed, and its extremes now. Exactly: placed + emitted = here +
-/// taken + replaced. The oldest are replaced when newer ones need their capacity; layers for which all of the
-/// capacity is too little are waiting.
+/// taken + replaced. The oldest are replaced when newer ones need their capacity; particles of emitters for
+/// which all of the capacity is too little are waiting.
 struct LiquidReport {
+  // Sums over particles, as integers: in any order the same.
+  std::uint64_t borne =
+      0;  ///< p / (rho0 d) of dfsph [m/s^2], in kBorneUnits: g times the layers that each bears
+  std::uint64_t excess = 0;  ///< of the density over that at rest, where there is one, in kExcessUnits
+  static constexpr float kBorneUnits = 1048576.F, kExcessUnits = 1099511627776.F;
   Index here = 0;
   std::uint32_t placed = 0, emitted = 0, taken = 0, replaced = 0, waiting = 0;
   Index fast = 0;  ///< faster than max_speed_m_s now
   float fastest_m_s = 0;
   float densest = 0;  ///< largest density over that at rest
+  /// Of those that have neighbours or a wall, and of these walls. A particle in free flight may go farther.
+  float fastest_near_m_s = 0;
+  Vec3f low_m{1e30F, 1e30F, 1e30F}, high_m{-1e30F, -1e30F, -1e30F};  ///< box round all
   /// Adds the report of another part of the liquid. The order of sums of integers and maxima doesn't matter.
   TACTUS_HD void add(const LiquidReport& part) {
+    borne += part.borne;
+    excess += part.excess;
     here += part.here;
     placed += part.placed;
     emitted += part.emitted;
@@ -24,6 +34,9 @@ struct LiquidReport {
     fast += part.fast;
     fastest_m_s = max(fastest_m_s, part.fastest_m_s);
     densest = max(densest, part.densest);
+    fastest_near_m_s = max(fastest_near_m_s, part.fastest_near_m_s);
+    low_m = min(low_m, part.low_m);
+    high_m = max(high_m, part.high_m);
   }
 };
 
@@ -43,26 +56,55 @@ struct KeepCount {
   }
 };
 
-/// A disc from which particles come, a layer of them whenever the last one has moved by d.
+/// A disc from which particles come, one after the other as a pattern says (emitter_pattern.h). Their number
+/// follows pi r^2 v t / d^3.
 struct EmitterState {
   Vec3f velocity_m_s;
-  float layer_s = 0;  ///< between layers
+  double period_s = 0;  ///< of the pattern
   double from_s = 0, until_s = 0;
-  Index first = 0, points = 0;  ///< of the layers' points
-  double time_s = 0, next_s = 0;
-  Index waiting = 0;  ///< layers that are due and have more points than there is capacity in all
-  // The layer of this step:
-  Index slot = -1, id = 0;  ///< of its first particle; slot -1: none
-  float age_s = 0;
+  Index first = 0, points = 0;       ///< of the pattern
+  Index first_thread = 0, most = 0;  ///< particles in a step
+  double time_s = 0;
+  std::int64_t emitted = 0, waiting = 0;  ///< waiting: due, but there was no room for them
+  // Those of this step:
+  Index slot = 0, id = 0, come = 0;
+  double now_s = 0;  ///< when one that comes now is on the disc
 };
 
-/// Decides which layers come: those that are due, of all emitters no more points in a step than there is
-/// capacity for particles.
-struct PlanLayers {
+/// When the k-th particle of an emitter is on its disc, and how many are due until then.
+struct EmitterTimes {
+  EmitterState e;
+  View<const float> phases;  ///< (0..1) of a period, ascending
+  TACTUS_HD double due_s(std::int64_t k) const {
+    const auto period = static_cast<double>(k / e.points);
+    return e.from_s +
+           (period + static_cast<double>(phases[e.first + static_cast<Index>(k % e.points)])) * e.period_s;
+  }
+  TACTUS_HD std::int64_t due(double until_s) const {
+    if (!(until_s >= e.from_s)) return 0;
+    const double periods = (until_s - e.from_s) / e.period_s;
+    const auto whole = static_cast<std::int64_t>(periods);
+    const auto rest = static_cast<float>(periods - static_cast<double>(whole));
+    Index low = 0, high = e.points;  // the number of phases <= rest
+    while (low < high) {
+      const Index middle = (low + high) / 2;
+      if (phases[e.first + middle] <= rest)
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    return whole * e.points + low;
+  }
+};
+
+/// Decides which particles come: those that are due, of all emitters no more in a step than there is capacity
+/// for.
+struct PlanEmission {
   StepTime time;
   View<LiquidCounters> counters;
   View<Index> count, own;  ///< with copies, and without
   View<EmitterState> emitters;
+  View<const float> phases;
   Index capacity;
   TACTUS_HD void load() { time.load(); }
   TACTUS_HD void operator()(Index) const {
@@ -70,23 +112,22 @@ struct PlanLayers {
     Index come = 0;
     for (Index k = 0; k < emitters.size(); ++k) {
       EmitterState e = emitters[k];
-      if (!time.settles()) e.time_s += static_cast<double>(time.dt_s);
-      e.slot = -1;
-      const bool is_due = e.time_s >= e.next_s && e.next_s < e.until_s && !time.settles();
-      if (is_due) {
-        e.age_s = static_cast<float>(e.time_s - e.next_s);
-        e.next_s += static_cast<double>(e.layer_s);
-        ++e.waiting;
+      e.come = 0;
+      if (!time.settles()) {
+        e.time_s += static_cast<double>(time.dt_s);
+        const EmitterTimes times{e, phases};
+        const std::int64_t left = times.due(min(e.time_s, e.until_s)) - e.emitted;
+        e.come = static_cast<Index>(
+            clamp(left, std::int64_t{0}, static_cast<std::int64_t>(min(e.most, capacity - come))));
+        e.waiting = left - e.come;
+        e.now_s = e.waiting > 0 && e.come > 0 ? times.due_s(e.emitted + e.come - 1) : e.time_s;
       }
-      if (e.waiting > 0 && come + e.points <= capacity) {
-        if (!is_due) e.age_s = 0;
-        --e.waiting;
-        e.slot = count[0] + come;
-        e.id = c.next_id;
-        come += e.points;
-        c.next_id += e.points;
-        c.emitted += static_cast<std::uint32_t>(e.points);
-      }
+      e.slot = count[0] + come;
+      e.id = c.next_id;
+      come += e.come;
+      c.next_id += e.come;
+      c.emitted += static_cast<std::uint32_t>(e.come);
+      e.emitted += e.come;
       emitters[k] = e;
     }
     count[0] += come;
@@ -95,22 +136,33 @@ struct PlanLayers {
   }
 };
 
-/// Thread: point of a layer.
-struct EmitLayers {
+/// Thread: emitter. Time goes on for it although the liquid takes no step.
+struct PassTime {
+  View<EmitterState> emitters;
+  double dt_s;
+  TACTUS_HD void operator()(Index k) const { emitters[k].time_s += dt_s; }
+};
+
+/// Thread: particle that an emitter may bring.
+struct EmitParticles {
   View<const EmitterState> emitters;
   View<const Vec3f> points_m;
+  View<const float> phases;
   View<const Index> emitter_of;
   View<Vec3f> x_m, v_m_s;
   View<Index> id;
   View<float> push;
-  TACTUS_HD void operator()(Index p) const {
-    const EmitterState& e = emitters[emitter_of[p]];
-    if (e.slot < 0) return;
-    const Index i = e.slot + (p - e.first);
-    x_m[i] = points_m[p] + e.age_s * e.velocity_m_s;
+  TACTUS_HD void operator()(Index thread) const {
+    const EmitterState& e = emitters[emitter_of[thread]];
+    const Index k = thread - e.first_thread;
+    if (k >= e.come) return;
+    const std::int64_t number = e.emitted - e.come + k;
+    const auto age_s = static_cast<float>(e.now_s - EmitterTimes{e, phases}.due_s(number));
+    const Index i = e.slot + k;
+    x_m[i] = points_m[e.first + static_cast<Index>(number % e.points)] + age_s * e.velocity_m_s;
     v_m_s[i] = e.velocity_m_s;
     push[i] = 0;
-    id[i] = e.id + (p - e.first);
+    id[i] = e.id + k;
   }
 };
 
@@ -136,12 +188,16 @@ struct SumWalls {
 struct ReportLiquid {
   static constexpr int kThreads = 256;
   static constexpr Index kReports = 32;
+  /// Density over that at rest that a particle has alone is W(0) d^3 = 1 / pi = 0.318; one neighbour at 1.3 d
+  /// adds 0.027.
+  static constexpr float kAlone = 0.345F;
   View<const Index> count;
   View<const Vec3f> x_m, v_m_s;
-  View<const float> density_kg_m3;
+  View<const float> density_kg_m3, push;
+  NearWalls walls;  ///< of the last step
   View<const LiquidCounters> counters;
   View<const EmitterState> emitters;
-  float max_speed_m_s, inverse_density;
+  float max_speed_m_s, inverse_density, spacing_m;
   View<LiquidReport> reports;  ///< (kReports)
   struct Shared {
     LiquidReport of[kThreads];
@@ -157,6 +213,12 @@ struct ReportLiquid {
         r.fast += speed > max_speed_m_s ? 1 : 0;
         r.fastest_m_s = max(r.fastest_m_s, speed);
         r.densest = max(r.densest, density_kg_m3[i] * inverse_density);
+        r.borne += borne(i);
+        r.excess += static_cast<std::uint64_t>(clamp(density_kg_m3[i] * inverse_density - 1.F, 0.F, 1.F) *
+                                               LiquidReport::kExcessUnits);
+        r.fastest_near_m_s = max(r.fastest_near_m_s, speed_near(i, speed));
+        r.low_m = min(r.low_m, x_m[i]);
+        r.high_m = max(r.high_m, x_m[i]);
       }
       s.of[t] = r;
     });
@@ -169,13 +231,24 @@ struct ReportLiquid {
   }
 
  private:
+  TACTUS_HD std::uint64_t borne(Index i) const {
+    const float a_m_s2 = push[i] * sqr(density_kg_m3[i]) * inverse_density / spacing_m;
+    return static_cast<std::uint64_t>(clamp(a_m_s2, 0.F, 1e6F) * LiquidReport::kBorneUnits);
+  }
+  TACTUS_HD float speed_near(Index i, float speed) const {
+    const float density = density_kg_m3[i] * inverse_density;
+    if (!(density > 0.F)) return speed;  // no step knows its neighbours
+    const Index n = walls.count[i];
+    float fastest = density > kAlone || n > 0 ? speed : 0.F;
+    for (Index k = 0; k < n; ++k) fastest = max(fastest, length(walls.at(i, k).velocity_m_s));
+    return fastest;
+  }
   TACTUS_HD void add_ledger(LiquidReport& r) const {
     r.placed = counters[0].placed;
     r.emitted = counters[0].emitted;
     r.taken = counters[0].taken;
     r.replaced = counters[0].replaced;
-    for (Index k = 0; k < emitters.size(); ++k)
-      r.waiting += static_cast<std::uint32_t>(emitters[k].waiting * emitters[k].points);
+    for (Index k = 0; k < emitters.size(); ++k) r.waiting += static_cast<std::uint32_t>(emitters[k].waiting);
   }
 };
 

@@ -6,31 +6,16 @@
 #include <string>
 
 #include "tactus/fluid/cap_kernels.h"
+#include "tactus/fluid/emitter_pattern.h"
 
 namespace tactus {
 namespace {
 
-/// Points d apart on the disc of an emitter.
-std::vector<Vec3f> layer_of(const LiquidEmitter& e, float d) {
-  const Vec3f along = normalized(e.direction),
-              aside = std::abs(along.x) < 0.7F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0},
-              u = normalized(cross(along, aside)), w = cross(along, u);
-  std::vector<Vec3f> points;
-  const int most = static_cast<int>(e.radius_m / d) + 1;
-  for (int b = -most; b <= most; ++b) {
-    for (int a = -most; a <= most; ++a) {
-      const Vec3f out = (static_cast<float>(a) * d) * u + (static_cast<float>(b) * d) * w;
-      if (length(out) <= std::max(e.radius_m - 0.25F * d, 0.F)) points.push_back(e.position_m + out);
-    }
-  }
-  return points;
-}
-
 /// The most that come between two steps.
 Index arrivals_of(const LiquidSettings& settings) {
-  std::size_t points = 0;
-  for (const LiquidEmitter& e : settings.emitters) points += layer_of(e, settings.spacing_m).size();
-  return settings.arrivals + static_cast<Index>(points);
+  Index points = settings.arrivals;
+  for (const LiquidEmitter& e : settings.emitters) points += most_in_a_step(e, settings.spacing_m);
+  return points;
 }
 
 /// A little more than the reach: positions and cuts are rounded.
@@ -79,27 +64,36 @@ Liquid::Liquid(DeviceSet& devices, const LiquidSettings& settings)
     ctx.fill_bytes(part.wall_sums.view(), 0);
   });
   place({});
+  // Wounds look for room in the search of the last step, which need not have come.
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    part.search.build(ctx, part.x_m.const_view(), part.id.const_view(), part.given(), part.first_copy());
+  });
+  devices_.synchronize();
 }
 
 void Liquid::make_emitters() {
   ExecContext& ctx = devices_.context(0);
   std::vector<EmitterState> states;
   std::vector<Vec3f> points;
+  std::vector<float> phases;
   std::vector<Index> of;
   for (const LiquidEmitter& e : settings_.emitters) {
-    const std::vector<Vec3f> layer = layer_of(e, settings_.spacing_m);
+    const EmitterPattern pattern = emitter_pattern(e, settings_.spacing_m);
     states.push_back({.velocity_m_s = e.speed_m_s * normalized(e.direction),
-                      .layer_s = settings_.spacing_m / e.speed_m_s,
+                      .period_s = pattern.period_m / static_cast<double>(e.speed_m_s),
                       .from_s = e.from_s,
                       .until_s = e.until_s,
                       .first = static_cast<Index>(points.size()),
-                      .points = static_cast<Index>(layer.size()),
-                      .next_s = e.from_s});
-    points.insert(points.end(), layer.begin(), layer.end());
-    of.resize(points.size(), static_cast<Index>(states.size()) - 1);
+                      .points = static_cast<Index>(pattern.points_m.size()),
+                      .first_thread = static_cast<Index>(of.size()),
+                      .most = most_in_a_step(e, settings_.spacing_m)});
+    points.insert(points.end(), pattern.points_m.begin(), pattern.points_m.end());
+    phases.insert(phases.end(), pattern.phases.begin(), pattern.phases.end());
+    of.resize(of.size() + at(states.back().most), static_cast<Index>(states.size()) - 1);
   }
   emitters_ = to_device(ctx, states);
-  layer_points_ = to_device(ctx, points);
+  pattern_points_ = to_device(ctx, points);
+  pattern_phases_ = to_device(ctx, phases);
   emitter_of_ = to_device(ctx, of);
 }
 
@@ -117,12 +111,13 @@ void Liquid::emit(const StepTime& time) {
   if (emitters_.empty()) return;
   ExecContext& ctx = devices_.context(0);
   LiquidPart& part = parts_[0];
-  ctx.parallel_for("fluid/layers", 1,
-                   PlanLayers{time, part.counters.view(), part.count.view(), part.own.view(),
-                              emitters_.view(), settings_.max_particles});
-  ctx.parallel_for("fluid/emit", layer_points_.size(),
-                   EmitLayers{emitters_.const_view(), layer_points_.const_view(), emitter_of_.const_view(),
-                              part.x_m.view(), part.v_m_s.view(), part.id.view(), part.push.view()});
+  ctx.parallel_for("fluid/emission", 1,
+                   PlanEmission{time, part.counters.view(), part.count.view(), part.own.view(),
+                                emitters_.view(), pattern_phases_.const_view(), settings_.max_particles});
+  ctx.parallel_for("fluid/emit", emitter_of_.size(),
+                   EmitParticles{emitters_.const_view(), pattern_points_.const_view(),
+                                 pattern_phases_.const_view(), emitter_of_.const_view(), part.x_m.view(),
+                                 part.v_m_s.view(), part.id.view(), part.push.view()});
 }
 
 void Liquid::keep_youngest() {
@@ -219,7 +214,7 @@ void Liquid::end_step(const StepTime& time, const FrameOnDevices* frame) {
 
 /// True in the first substep of a block: a block is recorded as a whole.
 bool Liquid::is_timed(const StepTime& time) const {
-  return split_.is_split() && devices_.is_cuda() && time.in_block == 0;
+  return split_.is_split() && devices_.is_cuda() && time.in_block <= 0;
 }
 
 void Liquid::end_weakly(const StepTime& time, const FrameOnDevices* frame) {
@@ -254,8 +249,8 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
   const auto time_of = [&](const LiquidPart& part) { return of_part(time, frame, part.number); };
   each([&](ExecContext& ctx, LiquidPart& part) {
     ctx.parallel_for("fluid/take", part.search.placed(),
-                     TakeMotion{part.search.cells().order, part.v_m_s.const_view(), part.push.const_view(),
-                                part.motion.view(), part.found.view()});
+                     TakeMotion{time_of(part), part.search.cells().order, part.v_m_s.const_view(),
+                                part.push.const_view(), part.motion.view(), part.found.view()});
     if (is_timed(time)) part.timed_begin.take(ctx);
     part.search.visit_listing(
         ctx, "fluid/density",
@@ -327,12 +322,13 @@ void Liquid::end_frame() {
   each([&](ExecContext& ctx, LiquidPart& part) {
     ctx.parallel_for("fluid/wall sums", part.wall_totals.size(),
                      SumWalls{part.wall_sums.view(), part.wall_totals.view()});
-    ctx.parallel_for(
-        "fluid/report", ReportLiquid::kReports,
-        ReportLiquid{part.count.const_view(), part.x_m.const_view(), part.v_m_s.const_view(),
-                     part.density_kg_m3.const_view(), part.counters.const_view(),
-                     part.number == 0 ? emitters_.const_view() : View<const EmitterState>{},
-                     settings_.max_speed_m_s, 1.F / settings_.density_kg_m3, part.reports.view()});
+    ctx.parallel_for("fluid/report", ReportLiquid::kReports,
+                     ReportLiquid{part.count.const_view(), part.x_m.const_view(), part.v_m_s.const_view(),
+                                  part.density_kg_m3.const_view(), part.push.const_view(), part.near_walls(),
+                                  part.counters.const_view(),
+                                  part.number == 0 ? emitters_.const_view() : View<const EmitterState>{},
+                                  settings_.max_speed_m_s, 1.F / settings_.density_kg_m3, settings_.spacing_m,
+                                  part.reports.view()});
     if (!split_.is_split()) return;
     ctx.fill_bytes(part.layers.view(), 0);
     ctx.parallel_for("fluid/count layers", part.given(),
@@ -358,10 +354,10 @@ void Liquid::balance(std::span<const std::vector<Index>> layers) {
   if (balance_.move(all, particles, seconds)) split_.send_slabs(balance_.slabs());
 }
 
-float Liquid::largest_step_s() const {
-  const float d = settings_.spacing_m;
+float Liquid::largest_step_s(float fastest_m_s) const {
+  const float d = settings_.spacing_m, most_m_s = settings_.max_speed_m_s;
   const float signal_m_s = settings_.solver == LiquidSolver::dfsph
-                               ? settings_.max_speed_m_s
+                               ? std::clamp(fastest_m_s, most_m_s / kMostLonger, most_m_s)
                                : constants_.sound_m_s * (1 + 0.6F * settings_.artificial_viscosity);
   float step = 0.4F * d / signal_m_s;
   if (constants_.shear_m2_s > 0) step = std::min(step, d * d / (8 * constants_.shear_m2_s));

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "tactus/fluid/block_lattice.h"
 #include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/liquid_split.h"
 #include "tactus/fluid/wcsph_kernels.h"
@@ -69,12 +70,6 @@ struct LiquidView {
   View<const Index> id;
 };
 
-/// A particle on the host.
-struct LiquidParticle {
-  Vec3f x_m, v_m_s;
-  Index id = 0;
-};
-
 /// Owns the particles, in slabs on the first devices of a set. Results have the same bits on every set. Call
 /// `place` before the first step. A step is asynchronous and may be recorded: nothing is allocated or read
 /// back there. Where other walls are near, call begin_step, then let the solvers that have these walls add
@@ -126,13 +121,21 @@ class Liquid {
                      FindBoxWalls{places.cells().particles, settings_.box_m, settings_.open_faces,
                                   constants_.kernel.reach_m(), near});
   }
+  /// In place of steps, while there is no liquid and no emitter brings any.
+  void pass_time(double dt_s) {
+    devices_.context(0).parallel_for("fluid/pass time", emitters_.size(), PassTime{emitters_.view(), dt_s});
+  }
   /// After the steps of a frame: makes wall_impulses_N_s() and report_view(), on the first device.
   void end_frame();
 
   /// The limit of stability: min(0.4 d / (c (1 + 0.6 alpha)), d^2 / (8 nu), (rho d^3 / (8 pi sigma))^(1/2));
   /// dfsph has max_speed_m_s in place of c (1 + 0.6 alpha). The last is half the time that the shortest wave
   /// of the surface takes to the next particle (Brackbill, Kothe & Zemach 1992).
-  float largest_step_s() const;
+  float largest_step_s() const { return largest_step_s(settings_.max_speed_m_s); }
+  /// The same for a liquid that is no faster than that; dfsph alone takes longer steps then, up to
+  /// kMostLonger times.
+  float largest_step_s(float fastest_m_s) const;
+  static constexpr float kMostLonger = 6;
   /// Sets the iterations of dfsph from the next step on, at least 1.
   void set_iterations(int iterations) { settings_.iterations = iterations; }
   const LiquidSettings& settings() const { return settings_; }
@@ -197,12 +200,9 @@ class Liquid {
   Buffer<Vec3f> wall_impulse_;
   Buffer<LiquidReport> report_;
   Buffer<EmitterState> emitters_;
-  Buffer<Vec3f> layer_points_;
+  Buffer<Vec3f> pattern_points_;
+  Buffer<float> pattern_phases_;
   Buffer<Index> emitter_of_;
 };
-
-/// Particles on a lattice that fill a box, along each edge as many as fit `spacing_m` apart or farther:
-/// nearer, a block would burst.
-std::vector<LiquidParticle> fill_box(const Box3f& box_m, float spacing_m);
 
 }  // namespace tactus

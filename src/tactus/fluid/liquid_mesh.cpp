@@ -15,13 +15,21 @@ constexpr float kReach = 2, kRadius = 0.545F, kCell = 0.5F;
 /// Finer grids than that take minutes: a spray over a large box is meshed coarser.
 constexpr float kMostCells = 600;
 
-/// Particles, sorted by the cells of a grid whose edge is the reach.
+/// Cells of the grid below along its longest edge: 64 million take half a gigabyte.
+constexpr float kMostReaches = 400;
+
+float longest(Vec3f edge) { return std::max({edge.x, edge.y, edge.z}); }
+
+/// Particles, sorted by the cells of a grid whose edge is the reach, or longer where few fly far.
 class Field {
  public:
   Field(std::vector<Vec3f> x_m, const Box3f& box_m, float spacing_m)
-      : low_m_(box_m.min), reach_m_(kReach * spacing_m), radius_m_(kRadius * spacing_m) {
+      : low_m_(box_m.min),
+        reach_m_(kReach * spacing_m),
+        cell_m_(std::max(reach_m_, longest(box_m.extent()) / kMostReaches)),
+        radius_m_(kRadius * spacing_m) {
     for (int a = 0; a < 3; ++a)
-      dims_[a] = static_cast<Index>(std::floor((box_m.max[a] - box_m.min[a]) / reach_m_)) + 1;
+      dims_[a] = static_cast<Index>(std::floor((box_m.max[a] - box_m.min[a]) / cell_m_)) + 1;
     first_.resize(static_cast<std::size_t>(dims_.x) * static_cast<std::size_t>(dims_.y) *
                       static_cast<std::size_t>(dims_.z) +
                   1);
@@ -57,8 +65,7 @@ class Field {
   Vec3i cell(Vec3f x) const {
     Vec3i c;
     for (int a = 0; a < 3; ++a)
-      c[a] =
-          std::clamp(static_cast<Index>(std::floor((x[a] - low_m_[a]) / reach_m_)), Index{0}, dims_[a] - 1);
+      c[a] = std::clamp(static_cast<Index>(std::floor((x[a] - low_m_[a]) / cell_m_)), Index{0}, dims_[a] - 1);
     return c;
   }
   std::size_t slot(Vec3i c) const {
@@ -68,7 +75,7 @@ class Field {
                 static_cast<std::size_t>(dims_.y) * static_cast<std::size_t>(c.z));
   }
   Vec3f low_m_;
-  float reach_m_, radius_m_;
+  float reach_m_, cell_m_, radius_m_;
   Vec3i dims_;
   std::vector<std::size_t> first_;
   std::vector<Vec3f> x_m_;
@@ -87,7 +94,7 @@ TriangleMesh liquid_mesh(std::span<const Vec3f> x_m, float spacing_m) {
   const Vec3f margin = (kRadius + 2 * kCell) * spacing_m * Vec3f{1, 1, 1};
   box = {box.min - margin, box.max + margin};
   const Vec3f extent = box.extent();
-  const float cells = std::max({extent.x, extent.y, extent.z}) / (kCell * spacing_m);
+  const float cells = longest(extent) / (kCell * spacing_m);
   const Field field(std::move(here), box, spacing_m);
   return polygonize(box, static_cast<Index>(std::ceil(std::min(cells, kMostCells))), field);
 }

@@ -33,7 +33,7 @@ struct LiquidPart {
   NeighbourSearch search;
   Buffer<Index> count, id, wall_count, list_count, near;
   Buffer<Vec3f> x_m, v_m_s;
-  Buffer<float> density_kg_m3, push;
+  Buffer<float> density_kg_m3, push;    ///< push: p / rho^2 of the last step; dfsph
   Buffer<float> alpha, found, kappa_v;  ///< dfsph
   Buffer<float> shear_m2_s;             ///< viscosity, of a liquid that thins
   Buffer<LiquidMotion> motion, v_star, moved;

@@ -63,6 +63,9 @@ LiquidSettings checked(const LiquidSettings& s) {
   if (!(s.artificial_viscosity >= 0)) refuse("artificial_viscosity", s.artificial_viscosity, ">= 0");
   if (s.iterations < 1) refuse("iterations", static_cast<float>(s.iterations), "> 0");
   if (s.max_particles <= 0) refuse("max_particles", static_cast<float>(s.max_particles), "> 0");
+  if (s.max_particles > kMostLiquidParticles)
+    throw Error("liquid: max_particles is " + std::to_string(s.max_particles) + ", must be at most " +
+                std::to_string(kMostLiquidParticles) + ": longer lists of neighbours can't be indexed");
   const Vec3f edge = s.box_m.extent();
   const float least = std::min({edge.x, edge.y, edge.z});
   if (!(least >= s.spacing_m)) refuse("the shortest edge of box_m", least, "at least the spacing");
@@ -72,25 +75,6 @@ LiquidSettings checked(const LiquidSettings& s) {
     if (!(length(e.direction) > 0)) refuse("the length of an emitter's direction", 0, "> 0");
   }
   return s;
-}
-
-std::vector<LiquidParticle> fill_box(const Box3f& box_m, float spacing_m) {
-  const Vec3f edge = box_m.extent();
-  constexpr float kRounding = 1e-3F;  // of an edge of whole spacings
-  const auto along = [&](float m) { return std::max(1, static_cast<int>(m / spacing_m + kRounding)); };
-  const Vec3i n{along(edge.x), along(edge.y), along(edge.z)};
-  std::vector<LiquidParticle> particles;
-  for (Index z = 0; z < n.z; ++z) {
-    for (Index y = 0; y < n.y; ++y) {
-      for (Index x = 0; x < n.x; ++x) {
-        const Vec3f at{(static_cast<float>(x) + 0.5F) / static_cast<float>(n.x) * edge.x,
-                       (static_cast<float>(y) + 0.5F) / static_cast<float>(n.y) * edge.y,
-                       (static_cast<float>(z) + 0.5F) / static_cast<float>(n.z) * edge.z};
-        particles.push_back({box_m.min + at, {}, static_cast<Index>(particles.size())});
-      }
-    }
-  }
-  return particles;
 }
 
 }  // namespace tactus

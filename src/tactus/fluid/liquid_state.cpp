@@ -79,7 +79,7 @@ void Liquid::archive(StateArchive& a) {
   a.values("particles", particles);
   a.value("counters", counters);
   std::vector<EmitterState> emitters = to_host(ctx, emitters_.const_view());
-  for (EmitterState& e : emitters) e.slot = -1;  // where the layer of the last step went
+  for (EmitterState& e : emitters) e.slot = e.id = e.come = 0, e.now_s = 0;  // of the last step
   a.values("emitters", emitters);
   if (!a.reads()) return;
   ctx.upload(emitters, emitters_.view());
@@ -160,8 +160,7 @@ std::vector<float> Liquid::pressures_Pa(float dt_s) const {
     const std::vector<LiquidMotion> motion = read(part.motion);
     for (std::size_t i = 0; i < x.size(); ++i) {
       if (!std::isfinite(x[i].x)) continue;
-      const float push =
-          settings_.solver == LiquidSolver::dfsph ? (k[i] + kappa_v[i]) / dt_s : motion[i].push;
+      const float push = settings_.solver == LiquidSolver::dfsph ? k[i] + kappa_v[i] / dt_s : motion[i].push;
       by_id.emplace_back(id[i], push * sqr(rho[i]));
     }
   }

@@ -54,9 +54,10 @@ TACTUS_HD inline std::uint32_t scattered(std::uint32_t i) {
 /// In spacings: nearer to a wall, there is no room. Half a spacing, less a margin for walls that bend.
 inline constexpr float kWoundToWall = 0.45F;
 
-/// Thread: piece. Adds the volume due for the coming part of a frame, and tries a place in one part of four.
+/// Thread: piece. Adds the volume due for the coming part of a frame, and tries a place: in one part of four,
+/// or in each where a piece owes more than a quarter of a particle a part.
 struct TryWounds {
-  static constexpr int kTurns = 4;
+  static constexpr std::uint32_t kTurns = 4;
   View<const WoundPiece> pieces;
   View<const FrameParams> frame;
   View<const Vec3f> x_m, v_m_s;  ///< of nodes
@@ -83,8 +84,13 @@ struct TryWounds {
                static_cast<std::uint64_t>(clamp(due, 0.F, 1e6F) * static_cast<float>(WoundLedger::kUnits)));
     const float nowhere = std::bit_cast<float>(0x7FC00000U);
     place_m[i] = {nowhere, nowhere, nowhere};
-    if (!settles && (scattered(static_cast<std::uint32_t>(i)) + turn[0]) % kTurns == 0) place(p, s, i);
+    const std::uint32_t turns = rate_m_s * p.factor * dt_s > spacing_m / kTurns ? 1 : kTurns;
+    if (!settles && (scattered(static_cast<std::uint32_t>(i)) + turn[0]) % turns == 0)
+      place(p, s, rate_m_s * p.factor * left, i);
   }
+  /// The most volume per time and area that places can bring: a particle from each spacing squared, in every
+  /// frame.
+  static float most_m_s(float spacing_m, float dt_frame_s) { return spacing_m / dt_frame_s; }
   /// (1 - e^-x) / x
   TACTUS_HD static float mean_of_fading(float x) {
     if (x > 0.5F) return (1.F - tactus::exp(-min(x, 80.F))) / x;
@@ -114,7 +120,8 @@ struct TryWounds {
     for (int q = 1; q < 8; ++q) x += weight(p.local, q) * (x_m[p.node[q]] - base);
     return base + x;
   }
-  TACTUS_HD void place(const WoundPiece& p, const WoundState& s, Index i) const {
+  /// @param jet_m_s of what comes out in front of the piece: volume per time and area
+  TACTUS_HD void place(const WoundPiece& p, const WoundState& s, float jet_m_s, Index i) const {
     const Vec3f base = x_m[p.node[0]], local = s.level < 0 ? p.rim : p.local;
     Vec3f x{}, v{}, along{}, across{};
     for (int q = 0; q < 8; ++q) {
@@ -134,7 +141,7 @@ struct TryWounds {
     const auto levels = static_cast<float>(s.level < 0 ? -1 - s.level : s.level);
     if (s.level >= 0) x += 0.5F * spacing_m * out;
     place_m[i] = x + levels * spacing_m * up;
-    speed_m_s[i] = v;
+    speed_m_s[i] = s.level >= 0 ? v + jet_m_s * out : v;
   }
 };
 

@@ -10,8 +10,8 @@
 namespace tactus {
 namespace {
 
-constexpr Rate kAllRates[] = {Rate::upload,  Rate::capture, Rate::before,
-                              Rate::substep, Rate::after,   Rate::end};
+constexpr Rate kAllRates[] = {Rate::upload, Rate::capture, Rate::before, Rate::substep,
+                              Rate::paced,  Rate::after,   Rate::end};
 
 bool names(const std::vector<Resource>& resources, const Resource& resource) {
   return std::find(resources.begin(), resources.end(), resource) != resources.end();
@@ -21,6 +21,11 @@ std::string list_text(const char* head, const std::vector<Resource>& resources) 
   std::string text;
   for (const Resource& r : resources) text += (text.empty() ? std::string(head) + " " : ", ") + r;
   return text.empty() ? "" : "  " + text;
+}
+
+/// The first number of units after which paced step k of `paced` is due.
+int units_before(int k, int units, int paced) {
+  return static_cast<int>((static_cast<std::int64_t>(k + 1) * units + paced - 1) / paced);
 }
 
 }  // namespace
@@ -35,6 +40,8 @@ const char* rate_text(Rate rate) {
       return "before the substeps";
     case Rate::substep:
       return "every substep";
+    case Rate::paced:
+      return "steps of their own, among the substeps";
     case Rate::after:
       return "after the substeps";
     case Rate::end:
@@ -44,7 +51,10 @@ const char* rate_text(Rate rate) {
 }
 
 Schedule::Schedule(DeviceSet& devices)
-    : devices_(devices), frame_(devices), forked_(static_cast<std::size_t>(devices.count())) {
+    : devices_(devices),
+      frame_(devices),
+      paced_frame_(devices),
+      forked_(static_cast<std::size_t>(devices.count())) {
   recordings_.push_back(std::make_unique<Recording>());
 }
 
@@ -228,7 +238,7 @@ void Schedule::record() {
     Segment& s = segment(rate);
     if (!s.groups.empty()) graph(rate).record(devices_, [&] { submit_groups(s); });
   }
-  if (!segment(Rate::substep).groups.empty()) {
+  if (!segment(Rate::substep).groups.empty() || !segment(Rate::paced).groups.empty()) {
     for (std::size_t b = 0; b < kBlocks; ++b)
       recording().blocks[b].record(devices_, [&] { submit_block(1 << b); });
   }
@@ -239,9 +249,20 @@ void Schedule::record() {
   recording().is_made = true;
 }
 
+void Schedule::record_paced() {
+  Segment& s = segment(Rate::paced);
+  auto& graphs = recording().paced;
+  if (s.groups.empty()) return;
+  if (graphs.size() <= variant_) graphs.resize(variant_ + 1);
+  if (graphs[variant_]) return;
+  graphs[variant_] = std::make_unique<DeviceGraph>();
+  graphs[variant_]->record(devices_, [&] { submit_groups(s); });
+  for (Group& group : s.groups) group.ran = false;
+}
+
 void Schedule::record_anew() {
   for (auto& made : recordings_)
-    if (made) made->is_made = false;
+    if (made) made->is_made = false, made->paced.clear();
   ++made_;
 }
 
@@ -257,7 +278,7 @@ void Schedule::select(std::size_t choice) {
 void Schedule::run_segment(Rate rate) {
   Segment& s = segment(rate);
   if (s.groups.empty()) return;
-  if (replays() && rate != Rate::upload) {
+  if (replays() && rate != Rate::upload && rate != Rate::paced) {
     graph(rate).launch(devices_);
     for (Group& group : s.groups) group.ran = true;
     return;
@@ -267,12 +288,35 @@ void Schedule::run_segment(Rate rate) {
   if (devices_.count() > 1) wait_for_first();
 }
 
-void Schedule::run_substeps(int substeps) {
-  if (segment(Rate::substep).groups.empty()) return;
+void Schedule::run_substeps(int substeps, int paced) {
+  paced_ = segment(Rate::paced).groups.empty() ? 0 : paced;
+  if (segment(Rate::substep).groups.empty() && paced_ == 0) return;
   if (substeps % unit_ != 0)
     throw Error(std::to_string(substeps) + " substeps, expected a multiple of " + std::to_string(unit_));
   substeps_begin_.take(devices_.context(0));
-  int units = substeps / unit_;
+  const int units = substeps / unit_;
+  for (int k = 0, done = 0; done < units || k < paced_;) {
+    const int next = k < paced_ ? units_before(k, units, paced_) : units;
+    run_units(next - done);
+    done = next;
+    for (; k < paced_ && units_before(k, units, paced_) == done; ++k) run_paced();
+  }
+  substeps_end_.take(devices_.context(0));
+  ran_substeps_ = true;
+}
+
+void Schedule::run_paced() {
+  const auto& graphs = recording().paced;
+  const bool is_recorded = replays() && variant_ < graphs.size() && graphs[variant_];
+  if (!is_recorded) {
+    run_segment(Rate::paced);
+    return;
+  }
+  graphs[variant_]->launch(devices_);
+  for (Group& group : segment(Rate::paced).groups) group.ran = true;
+}
+
+void Schedule::run_units(int units) {
   for (std::size_t b = kBlocks; b-- > 0;) {
     for (const int block = 1 << b; units >= block; units -= block) {
       if (replays()) {
@@ -284,13 +328,18 @@ void Schedule::run_substeps(int substeps) {
       if (devices_.count() > 1) wait_for_all();
     }
   }
-  substeps_end_.take(devices_.context(0));
-  ran_substeps_ = true;
 }
 
-void Schedule::run(const FrameParams& params, bool has_new_images) {
+void Schedule::run(const FrameParams& params, bool has_new_images, PacedSteps paced) {
   begin_s_ = now_s();
   frame_.begin(params);
+  if (!segment(Rate::paced).groups.empty()) {
+    FrameParams own = params;
+    own.dt_s = paced.dt_s;
+    own.substeps = paced.count;
+    variant_ = paced.variant;
+    paced_frame_.begin(own);
+  }
   if (has_new_images) {
     run_segment(Rate::upload);
     run_segment(Rate::capture);
@@ -298,7 +347,7 @@ void Schedule::run(const FrameParams& params, bool has_new_images) {
   }
   if (params.substeps > 0) {
     run_segment(Rate::before);
-    run_substeps(params.substeps);
+    run_substeps(params.substeps, paced.count);
     run_segment(Rate::after);
   }
   run_segment(Rate::end);
@@ -309,6 +358,7 @@ void Schedule::finish(Timings& timings) {
   report_times(timings);
   // Buffers grow in the first frame with images, so all later frames can replay this recording.
   if (devices_.is_cuda() && !recording().is_made && ran_with_images_ && !is_profiling(devices_)) record();
+  if (replays()) record_paced();
 }
 
 void Schedule::report_times(Timings& timings) {
@@ -319,17 +369,31 @@ void Schedule::report_times(Timings& timings) {
   };
   for (const Rate rate : kAllRates) {
     if (rate == Rate::substep) {
-      if (!std::exchange(ran_substeps_, false)) continue;
-      const double seconds = substeps_end_.seconds_since(substeps_begin_);
-      const std::vector<double> shares = substep_shares();
-      for (std::size_t g = 0; g < shares.size(); ++g)
-        add(segment(rate).groups[g].timed_as, shares[g] * seconds);
+      for (const auto& [row, seconds] : times_of_substeps()) add(row, seconds);
       continue;
     }
     for (Group& group : segment(rate).groups) {
       if (std::exchange(group.ran, false)) add(group.timed_as, group.end.seconds_since(group.begin));
     }
   }
+}
+
+/// A paced stage is timed in its last step. The rest of the time is that of the substeps.
+std::vector<std::pair<std::string, double>> Schedule::times_of_substeps() {
+  std::vector<std::pair<std::string, double>> rows;
+  double left_s = std::exchange(ran_substeps_, false) ? substeps_end_.seconds_since(substeps_begin_) : 0;
+  for (Group& group : segment(Rate::paced).groups) {
+    if (!std::exchange(group.ran, false)) continue;
+    const double seconds = std::min(left_s, paced_ * group.end.seconds_since(group.begin));
+    rows.emplace_back(group.timed_as, seconds);
+    left_s -= seconds;
+  }
+  if (left_s <= 0) return rows;
+  const std::vector<Group>& groups = segment(Rate::substep).groups;
+  if (groups.empty() && !rows.empty()) rows.back().second += left_s;
+  const std::vector<double> shares = substep_shares();
+  for (std::size_t g = 0; g < groups.size(); ++g) rows.emplace_back(groups[g].timed_as, shares[g] * left_s);
+  return rows;
 }
 
 std::string Schedule::text() const {

@@ -11,6 +11,15 @@
 
 namespace tactus {
 
+/// Steps of a frame that are independent of its substeps.
+struct PacedSteps {
+  int count = 0;
+  float dt_s = 0;  ///< of each
+  /// Which of several sets of submissions paced stages make; each has a recording of its own, made after its
+  /// first frame.
+  std::size_t variant = 0;
+};
+
 /// Holds the stages of a frame, knows in which order they run and which device waits for which, and replays
 /// them as recorded graphs on GPUs.
 ///
@@ -19,11 +28,12 @@ namespace tactus {
 ///   per frame: schedule.run(params, has_new_images); schedule.finish(timings);
 ///
 /// A frame is: stages of rates upload and capture (when there are new images); before, n times substep, after
-/// (when n > 0); end. On a GPU, the frame is recorded once the first one with images is done: one graph for
-/// each rate, and for substeps one for each power of two up to 16 units. A unit is as many substeps as all
-/// stages' `every` and `period` divide. Any number of substeps is a few launches of these, so nothing is
-/// recorded anew when it changes. Stages that submit something else from a frame on say so by select(): each
-/// choice has a recording of its own, made in its first frame.
+/// (when n > 0); end. Paced step k of p comes once (k + 1) n / p substeps are done. On a GPU, the frame is
+/// recorded once the first one with images is done: one graph for each rate, and for substeps one for each
+/// power of two up to 16 units. A unit is as many substeps as all stages' `every` and `period` divide. Any
+/// number of substeps is a few launches of these, so nothing is recorded anew when it changes. Stages that
+/// submit something else from a frame on say so by select(): each choice has a recording of its own, made in
+/// its first frame.
 class Schedule {
  public:
   explicit Schedule(DeviceSet& devices);
@@ -35,7 +45,7 @@ class Schedule {
   void close();
 
   /// Submits a frame; `params.substeps` is a multiple of unit(). Asynchronous.
-  void run(const FrameParams& params, bool has_new_images);
+  void run(const FrameParams& params, bool has_new_images, PacedSteps paced = {});
   /// Waits for the frame on the host and adds the times of its stages. Records, once there were images.
   void finish(Timings& timings);
 
@@ -49,6 +59,8 @@ class Schedule {
   /// @param choice 0: the first
   void select(std::size_t choice);
   const FrameOnDevices& frame() const { return frame_; }
+  /// The same for paced stages: `dt_s` is that of their steps, and `substeps` their number.
+  const FrameOnDevices& paced_frame() const { return paced_frame_; }
   /// The frame as a table: stages in order, rates, devices, resources that each stage reads and writes, and
   /// waits across devices.
   std::string text() const;
@@ -70,6 +82,7 @@ class Schedule {
   struct Recording {
     std::array<DeviceGraph, kRates> segments;
     std::array<DeviceGraph, kBlocks> blocks;
+    std::vector<std::unique_ptr<DeviceGraph>> paced;  ///< by variant
     bool is_made = false;
   };
   using After = std::vector<std::vector<std::size_t>>;  ///< per stage, those that come before it
@@ -82,9 +95,13 @@ class Schedule {
   void submit_block(int units);
   void submit_substep(BlockPlace place);
   void run_segment(Rate rate);
-  void run_substeps(int substeps);
+  void run_substeps(int substeps, int paced);
+  void run_units(int units);
+  void run_paced();
+  void record_paced();
   void record();
   void report_times(Timings& timings);
+  std::vector<std::pair<std::string, double>> times_of_substeps();
   std::vector<double> substep_shares() const;
   bool replays() const;
   Recording& recording() { return *recordings_[choice_]; }
@@ -96,16 +113,16 @@ class Schedule {
   void wait_for_all();
 
   DeviceSet& devices_;
-  FrameOnDevices frame_;
+  FrameOnDevices frame_, paced_frame_;
   std::vector<Stage> stages_;
   std::vector<char> crosses_;  ///< per stage: it depends on one that ran on other devices
   std::array<Segment, kRates> segments_;
   std::vector<std::unique_ptr<Recording>> recordings_;  ///< by choice
-  std::size_t choice_ = 0;
+  std::size_t choice_ = 0, variant_ = 0;
   TimeStamp substeps_begin_, substeps_end_;
   std::vector<Event> forked_;  ///< per device
   bool closed_ = false, ran_with_images_ = false, ran_substeps_ = false;
-  int unit_ = 1, made_ = 1;
+  int unit_ = 1, made_ = 1, paced_ = 0;
   double begin_s_ = 0;
 };
 

@@ -15,10 +15,11 @@ enum class Rate {
   capture,  ///< when new images came: the reconstruction from them
   before,   ///< once before a frame's substeps, when it has any
   substep,  ///< in every substep, or in every `every`-th
+  paced,    ///< in steps of its own: as many as the frame asks for, spread evenly over its substeps
   after,    ///< once after a frame's substeps, when it has any
   end,      ///< at the end of every frame
 };
-inline constexpr int kRates = 6;
+inline constexpr int kRates = 7;
 const char* rate_text(Rate rate);
 
 /// Which devices of the set a stage submits to. A stage for all of them orders its own parts.

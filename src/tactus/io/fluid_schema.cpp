@@ -1,6 +1,10 @@
 /// The scene's liquid.
+#include <cmath>
+#include <numbers>
+
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
+#include "tactus/fluid/block_lattice.h"
 #include "tactus/io/region_schema.h"
 
 namespace tactus {
@@ -29,6 +33,32 @@ void describe_emitter(FieldVisitor& v, EmitterDescription& e) {
 
 void describe_sink(FieldVisitor& v, SinkDescription& s) { describe_box(v, s.box); }
 
+/// Particles that lengths over the spacing ask for, before anything takes memory for them.
+void check_counts(FieldVisitor& v, const LiquidDescription& f) {
+  const double particle_m3 = f.spacing_m * f.spacing_m * f.spacing_m;
+  double blocks_m3 = 0;
+  for (const BlockDescription& b : f.blocks) {
+    const Vec3d edge = max(b.box.max_m - b.box.min_m, Vec3d{});
+    blocks_m3 += edge.x * edge.y * edge.z;
+  }
+  const double most = kMostLiquidParticles, blocks = blocks_m3 / particle_m3;
+  const double coarser_m = std::ceil(1e5 * std::cbrt(blocks_m3 / most)) / 1e5;
+  v.check(blocks <= most, "spacing_m",
+          "'spacing_m' is " + number_text(f.spacing_m) + ", which takes " + particles_text(blocks) +
+              " particles to fill the 'blocks', at most " + particles_text(most) +
+              " can be indexed: raise it to at least " + number_text(coarser_m) +
+              ", or make the blocks smaller");
+  for (const EmitterDescription& e : f.emitters) {
+    // In the time in which the liquid moves on by one spacing.
+    const double come = std::numbers::pi * e.radius_m * e.radius_m / (f.spacing_m * f.spacing_m);
+    v.check(come <= std::max(f.max_particles, 1), "emitters",
+            "the 'radius_m' " + number_text(e.radius_m) + " of emitter '" + e.name + "' brings " +
+                particles_text(come) + " particles at once at 'spacing_m' " + number_text(f.spacing_m) +
+                ", more than 'max_particles' " + std::to_string(f.max_particles) +
+                ": lower the radius, or raise 'max_particles' or 'spacing_m'");
+  }
+}
+
 }  // namespace
 
 void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
@@ -40,8 +70,9 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
        "and a third as dear"},
       f.solver, {{"dfsph", LiquidModel::dfsph}, {"wcsph", LiquidModel::wcsph}});
   v.integer({"iterations",
-             "dfsph: of each step. in a pool of 12 layers, 3 leave 0.06 % too much density, 4 leave 0.01 %; "
-             "deeper pools take more"},
+             "dfsph: the least of each step. in a pool of 12 layers, 3 leave 0.06 % too much density, 4 "
+             "leave 0.01 %; "
+             "deeper pools take up to eight times as many"},
             f.iterations, {"", 1, 100});
   v.section({"box", "the liquid's world; its faces are walls, but for those that are open", kRequired},
             [&](FieldVisitor& in) { describe_box(in, f.box); });
@@ -54,7 +85,7 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.list({"emitters", "discs from which liquid flows"}, appender(f.emitters, describe_emitter));
   v.list({"sinks", "boxes that take all liquid that gets there"}, appender(f.sinks, describe_sink));
   v.integer({"max_particles", "capacity: when emitters or wounds bring more, the oldest leave"},
-            f.max_particles, {"", 1, 50000000});
+            f.max_particles, {"", 1, double{kMostLiquidParticles}});
   v.real({"density_kg_m3", "mass per volume; blood 1060, water 1000"}, f.density_kg_m3,
          positive("kg/m^3", 30000));
   v.real({"viscosity_pa_s",
@@ -74,10 +105,11 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
          f.contact_angle_deg, {"deg", 0, 180});
   v.real({"artificial_viscosity", "alpha of Monaghan: damps what approaches, and so sound"},
          f.artificial_viscosity, {"", 0, 1});
-  v.real_or_auto(
-      {"max_speed_m_s",
-       "that steps are made for: half of it halves their number. What moves faster may be compressed"},
-      f.max_speed_m_s, positive("m/s", 1000), "of what falls through the box");
+  v.real_or_auto({"max_speed_m_s",
+                  "that the shortest steps are made for; slower liquid takes fewer. What moves faster may be "
+                  "compressed"},
+                 f.max_speed_m_s, positive("m/s", 1000),
+                 "of what falls through the box, faster by what it begins with");
   v.choice({"looks", "how it is drawn"}, f.looks,
            {{"blood", LiquidLooks::blood}, {"water", LiquidLooks::water}});
   v.only_when(f.solver == LiquidModel::dfsph, "iterations", "'solver' is dfsph");
@@ -99,6 +131,7 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   for (const EmitterDescription& e : f.emitters)
     v.check(is_in(f.box, e.position_m), "emitters",
             "the 'position_m' of emitter '" + e.name + "' is not within 'box'");
+  check_counts(v, f);
 }
 
 }  // namespace tactus

@@ -91,6 +91,8 @@ nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& l
     json["fastest_m_s"].push_back(r.fastest_m_s);
     json["densest"].push_back(r.densest);
   }
+  json["steps"] = summary.liquid_steps;
+  json["waiting_ml"] = summary.liquid_waiting_ml;
   json["forces"] = nlohmann::json::array();
   for (const std::vector<LiquidReaction>& frame : summary.liquid_forces) {
     nlohmann::json of_frame = nlohmann::json::object();
@@ -171,6 +173,8 @@ void RunSummary::add(const StepReport& report) {
   max_force_N = std::max(max_force_N, static_cast<double>(length(report.contact.force_N)));
   max_correction_m = std::max(max_correction_m, static_cast<double>(report.contact.max_depth_m));
   liquid.push_back(report.liquid);
+  liquid_steps.push_back(report.liquid_steps);
+  liquid_waiting_ml.push_back(1e6 * report.liquid_waiting_m3);
   liquid_forces.push_back(report.liquid_forces);
   contacts.push_back(report.contacts);
 }

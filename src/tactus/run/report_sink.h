@@ -14,6 +14,8 @@ struct RunSummary {
   Index max_vertices = 0, max_triangles = 0, pushed_out = 0;
   double max_force_N = 0, max_correction_m = 0;
   std::vector<LiquidReport> liquid;                                 ///< per frame
+  std::vector<int> liquid_steps;                                    ///< per frame
+  std::vector<double> liquid_waiting_ml;                            ///< per frame
   std::vector<std::vector<LiquidReaction>> liquid_forces;           ///< per frame
   std::vector<std::vector<BodyContact>> contacts;                   ///< per frame
   std::vector<std::vector<TrackedBlade>> blades;                    ///< per frame, those that are tracked

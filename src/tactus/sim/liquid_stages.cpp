@@ -5,9 +5,10 @@
 
 namespace tactus {
 
-void SceneLiquid::step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2,
-                       int in_block) {
-  const StepTime time{.gravity_m_s2 = gravity_m_s2, .in_block = in_block};
+void SceneLiquid::step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2) {
+  // A step comes after the substep that was last done: the real surface is where it was then.
+  constexpr int kLastDone = -1;
+  const StepTime time{.gravity_m_s2 = gravity_m_s2};
   liquid_.begin_step(time, &frame);
   for (const Felt& felt : bodies_)
     felt.walls->pose([&](int p) -> const NeighbourSearch& { return liquid_.search(p); });
@@ -16,7 +17,7 @@ void SceneLiquid::step(ContactOnDevices& world, const FrameOnDevices& frame, Vec
     const NeighbourSearch& search = liquid_.search(p);
     solid.contact.find_walls(devices_.context(p), solid.surface, solid.obstacles.view(),
                              search.cells().particles, search.placed(), liquid_.constants().kernel.reach_m(),
-                             Liquid::kFaces, in_block, liquid_.near_walls(p));
+                             Liquid::kFaces, kLastDone, liquid_.near_walls(p));
     for (const Felt& felt : bodies_) felt.walls->find_walls(p, search, liquid_.near_walls(p));
   }
   liquid_.end_step(time, &frame);
@@ -47,11 +48,11 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
                   }});
   schedule.add({.name = "liquid/step",
                 .timed_as = "liquid",
-                .rate = Rate::substep,
+                .rate = Rate::paced,
                 .devices = devices,
                 .updates = moved,
-                .submit = [this, &world, &frame, gravity_m_s2](BlockPlace at) {
-                  step(world, frame, gravity_m_s2, at.substep);
+                .submit = [this, &world, &paced = schedule.paced_frame(), gravity_m_s2](BlockPlace) {
+                  step(world, paced, gravity_m_s2);
                 }});
   schedule.add({.name = "liquid/end",
                 .timed_as = "end",

@@ -65,8 +65,10 @@ LiquidSettings settings_of(const Scene& scene) {
   return s;
 }
 
+}  // namespace
+
 /// Bodies and obstacles that stand where particles are to be placed.
-class Solids {
+class SceneLiquid::Solids {
  public:
   Solids(const std::vector<std::unique_ptr<SoftBody>>& bodies, std::span<const ObstacleDescription> obstacles)
       : obstacles_(obstacles) {
@@ -107,49 +109,89 @@ class Solids {
   std::vector<Solid> meshes_;
 };
 
-}  // namespace
-
 double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2) {
   if (liquid.max_speed_m_s) return *liquid.max_speed_m_s;
   const Vec3d edge = liquid.box.max_m - liquid.box.min_m, g = gravity_m_s2;
   const double fall = std::abs(g.x) * edge.x + std::abs(g.y) * edge.y + std::abs(g.z) * edge.z;
-  double speed = std::sqrt(2 * fall);
-  for (const EmitterDescription& e : liquid.emitters) speed = std::max(speed, e.speed_m_s);
-  return std::max(speed, 0.1);
+  double begins = 0;
+  for (const EmitterDescription& e : liquid.emitters) begins = std::max(begins, e.speed_m_s);
+  for (const BlockDescription& b : liquid.blocks) begins = std::max(begins, length(b.velocity_m_s));
+  return std::max(std::sqrt(begins * begins + 2 * fall), 0.1);
 }
 
 int SceneLiquid::part_count(const DeviceSet& devices, const Scene& scene) {
   return scene.fluid ? Liquid::part_count(devices, settings_of(scene)) : 0;
 }
 
+/// Counts before it takes memory: a block may hold more particles than a machine has bytes.
+/// Where blocks overlap, the first one fills the space: two particles at one place would never part.
+std::vector<LiquidParticle> SceneLiquid::fill_blocks(const Solids& solids, LeftOut& left_out) const {
+  /// Particles of blocks that share a face are half a spacing from it.
+  constexpr float kNear = 0.4F;
+  const float d = liquid_.settings().spacing_m;
+  const auto most = static_cast<std::size_t>(description_.max_particles);
+  double count = 0;
+  for (const BlockDescription& block : description_.blocks)
+    count += BlockLattice::of(to_box(block.box), d).count();
+  std::vector<LiquidParticle> particles;
+  particles.reserve(static_cast<std::size_t>(std::min(count, static_cast<double>(most))));
+  std::vector<Box3f> filled;
+  for (const BlockDescription& block : description_.blocks) {
+    const auto is_filled = [&](Vec3f x_m) {
+      return std::any_of(filled.begin(), filled.end(), [&](const Box3f& box) {
+        const Vec3f out = max(box.min - x_m, x_m - box.max);
+        return std::max({out.x, out.y, out.z}) < kNear * d;
+      });
+    };
+    const bool has_room = BlockLattice::of(to_box(block.box), d).for_each([&](Vec3f x_m) {
+      if (solids.hold(x_m, 0.4F * d)) {
+        ++left_out.in_solids;
+        return true;
+      }
+      if (is_filled(x_m)) {
+        ++left_out.in_blocks;
+        return true;
+      }
+      if (particles.size() == most) return false;
+      particles.push_back({x_m, vec_cast<float>(block.velocity_m_s), static_cast<Index>(particles.size())});
+      return true;
+    });
+    if (!has_room) refuse_blocks(count);
+    filled.push_back(to_box(block.box));
+  }
+  return particles;
+}
+
+/// @param count of particles that the blocks hold
+void SceneLiquid::refuse_blocks(double count) const {
+  const int most = description_.max_particles;
+  // In steps of 1 %, so that a lattice that is rounded up fits, too.
+  const double coarser_m = description_.spacing_m * std::cbrt(count / most) * 1.01;
+  const std::string raise = count <= kMostLiquidParticles
+                                ? "raise 'fluid.max_particles' to " + particles_text(count) + ", or "
+                                : "";
+  throw usage_error("'fluid.blocks' hold " + particles_text(count) + " particles at 'fluid.spacing_m' " +
+                    number_text(description_.spacing_m) + ", but 'fluid.max_particles' is " +
+                    std::to_string(most) + ": " + raise + "raise 'fluid.spacing_m' to about " +
+                    number_text(std::ceil(coarser_m * 1e5) / 1e5) + ", or make the blocks smaller");
+}
+
 SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
                          const std::vector<std::unique_ptr<SoftBody>>& bodies,
                          std::span<const ObstacleDescription> obstacles)
     : devices_(devices), description_(*scene.fluid), liquid_(devices, settings_of(scene)) {
-  const Solids solids(bodies, obstacles);
+  LeftOut left_out;
+  const std::vector<LiquidParticle> particles = fill_blocks(Solids(bodies, obstacles), left_out);
   const float d = liquid_.settings().spacing_m;
-  std::vector<LiquidParticle> particles;
-  int removed = 0;
-  for (const BlockDescription& block : description_.blocks) {
-    for (LiquidParticle p : fill_box(to_box(block.box), d)) {
-      if (solids.hold(p.x_m, 0.4F * d)) {
-        ++removed;
-        continue;
-      }
-      p.v_m_s = vec_cast<float>(block.velocity_m_s);
-      particles.push_back(p);
-    }
-  }
-  const int most = description_.max_particles;
-  if (static_cast<int>(particles.size()) > most)
-    throw usage_error("'fluid.blocks' hold " + std::to_string(particles.size()) +
-                      " particles, but 'fluid.max_particles' is " + std::to_string(most) +
-                      ": raise it, or 'fluid.spacing_m'");
-  if (removed > 0)
-    first_notices_.push_back({"liquid.overlap", Severity::info,
-                              std::to_string(removed) +
-                                  " particles of 'fluid.blocks' lay in bodies or obstacles and were left out",
-                              ""});
+  const auto tell = [&](int count, const char* code, const char* where, const char* remedy) {
+    if (count > 0)
+      first_notices_.push_back(
+          {code, Severity::info,
+           std::to_string(count) + " particles of 'fluid.blocks' lay in " + where + " and were left out",
+           remedy});
+  };
+  tell(left_out.in_solids, "liquid.overlap", "bodies or obstacles", "");
+  tell(left_out.in_blocks, "liquid.blocks_overlap", "an earlier block", "let 'fluid.blocks' not overlap");
   for (const ObstacleDescription& o : obstacles) {
     const float thin = 2 * std::min({o.half_m.x, o.half_m.y, o.half_m.z});
     if (o.kind == ObstacleKind::box && thin < d)
@@ -160,6 +202,19 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
                                 "take a thicker obstacle, or a smaller 'fluid.spacing_m'"});
   }
   liquid_.place(particles);
+  for (const LiquidParticle& p : particles) {
+    LiquidReport one{.here = 1, .fastest_m_s = length(p.v_m_s), .low_m = p.x_m, .high_m = p.x_m};
+    one.fastest_near_m_s = one.fastest_m_s;
+    last_.add(one);
+  }
+  // As if all stood one on the other, at rest.
+  const Vec3d depth = max(vec_cast<double>(last_.high_m - last_.low_m), Vec3d{}), g = scene.gravity_m_s2;
+  const double bears_m_s2 = 0.5 *
+                            (std::abs(g.x) * depth.x + std::abs(g.y) * depth.y + std::abs(g.z) * depth.z) /
+                            description_.spacing_m;
+  last_.borne = static_cast<std::uint64_t>(bears_m_s2 * double{LiquidReport::kBorneUnits}) *
+                static_cast<std::uint64_t>(last_.here);
+  pace_ = {.fastest_m_s = liquid_.settings().max_speed_m_s, .longest_step_s = liquid_.largest_step_s()};
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (!bodies[b]->is_untouched()) add_body(*bodies[b], Liquid::kFaces + kColliders + static_cast<Index>(b));
 }
@@ -193,26 +248,17 @@ void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {
       std::find_if(bodies_.begin(), bodies_.end(), [&](const Felt& felt) { return felt.body == &body; });
   if (known == bodies_.end()) return body.forget_wall_change();
   known->walls->apply(body.take_wall_change());
-  if (known->wounds) known->wounds->set_pieces(devices_.context(0), body.wound_pieces());
+  if (known->wounds) {
+    const std::vector<WoundPiece> pieces = body.wound_pieces();
+    known->wounds->set_pieces(devices_.context(0), pieces);
+    known->bleeds = !pieces.empty();
+  }
   if ((known->walls->is_full() || body.wounds_are_full()) && !std::exchange(known->was_full, true))
     notices.push_back({"liquid.cut_full", Severity::warning,
                        "body '" + body.name() +
                            "': there is no capacity for more of its cut walls: the rest neither stops the "
                            "liquid nor bleeds",
                        "raise 'cut_capacity' of the body, or 'fluid.spacing_m'"});
-}
-
-int SceneLiquid::substeps_for(double dt_s) const {
-  return static_cast<int>(std::ceil(dt_s / static_cast<double>(liquid_.largest_step_s()) - 1e-4));
-}
-
-void SceneLiquid::check_substeps(double dt_s, int substeps) const {
-  const int least = substeps_for(dt_s);
-  if (substeps >= least) return;
-  throw usage_error("'frame.substeps' is " + std::to_string(substeps) + ", but the liquid needs at least " +
-                    std::to_string(least) + " in " + number_text(dt_s) + " s: its largest step is " +
-                    number_text(double{liquid_.largest_step_s()}) +
-                    " s; say 'auto', or lower 'fluid.max_speed_m_s'");
 }
 
 void SceneLiquid::balance(const Readback& readback) {
@@ -259,6 +305,30 @@ void SceneLiquid::add_forces(const Readback& readback,
   }
 }
 
+double SceneLiquid::waiting_m3(const Readback& readback, double dt_frame_s, std::vector<Notice>& notices) {
+  constexpr double kMany = 20;  // particles; fewer wait now and then
+  const double particle_m3 = std::pow(description_.spacing_m, 3);
+  double all = last_.waiting;
+  for (Felt& felt : bodies_) {
+    if (!felt.wounds) continue;
+    double waiting = 0;
+    for (const WoundLedger& ledger : readback.get<WoundLedger>(felt.ledgers))
+      waiting += static_cast<double>(ledger.due) / WoundLedger::kUnits - static_cast<double>(ledger.emitted);
+    all += waiting;
+    const double rate_m_s = felt.body->bleeding()->rate_m_s;
+    const auto most_m_s = double{TryWounds::most_m_s(static_cast<float>(description_.spacing_m),
+                                                     static_cast<float>(std::max(dt_frame_s, 1e-6)))};
+    if (waiting < kMany || rate_m_s <= most_m_s || std::exchange(felt.was_late, true)) continue;
+    notices.push_back({"liquid.wounds_wait", Severity::warning,
+                       "body '" + felt.body->name() + "' bleeds " + number_text(rate_m_s) +
+                           " m/s (volume per time and area), but wounds can bring " +
+                           number_text(std::round(1e4 * most_m_s) / 1e4) +
+                           " m/s at most, one particle's spacing a frame: the rest waits",
+                       "lower 'bleeding.rate_m_s', raise 'fluid.spacing_m', or simulate shorter frames"});
+  }
+  return particle_m3 * all;
+}
+
 void SceneLiquid::add_bleeding(const Readback& readback, std::vector<CutScore>& cuts) const {
   const double particle_m3 = std::pow(description_.spacing_m, 3);
   for (const Felt& felt : bodies_) {
@@ -281,6 +351,12 @@ std::vector<Vec3f> SceneLiquid::positions_m() const {
 
 void SceneLiquid::archive(StateArchive& a) {
   liquid_.archive(a);
+  a.value("last report", last_);
+  a.value("pace", pace_);
+  constexpr auto kMost = static_cast<Index>(kGrowth.size());
+  a.check(pace_.fastest_m_s >= 0 && pace_.longest_step_s > 0 && pace_.growth >= 0 && pace_.growth < kMost &&
+              pace_.for_excess >= 0 && pace_.for_excess < kMost,
+          "pace");
   for (Felt& felt : bodies_) {
     if (!felt.wounds) continue;
     a.set_owner("wounds of body '" + felt.body->name() + "'");

@@ -1,6 +1,7 @@
 #pragma once
 /// The liquid of a scene in the frame.
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -16,10 +17,12 @@
 #include "tactus/sim/blade.h"
 #include "tactus/sim/body/soft_body.h"
 #include "tactus/sim/notice.h"
+#include "tactus/sim/reach.h"
 
 namespace tactus {
 
-/// The speed that a liquid is made for where the scene says none: that of a fall through its box.
+/// The speed that a liquid is made for where the scene says none: that of a fall through its box, which
+/// begins with the highest speed of blocks and emitters.
 double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2);
 
 /// Mean force of the liquid over a frame.
@@ -29,7 +32,7 @@ struct LiquidReaction {
 };
 
 /// Owns the liquid, on the first part_count() devices; bodies that touch it are on the first. It moves in
-/// every substep. The real surface and obstacles push it; it and bodies push one another.
+/// steps of its own. The real surface and obstacles push it; it and bodies push one another.
 class SceneLiquid {
  public:
   /// Fills the blocks with particles, except inside bodies and obstacles. Synchronizes.
@@ -44,15 +47,22 @@ class SceneLiquid {
   void add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world, Vec3f gravity_m_s2);
   static Resource report_resource() { return "liquid/report"; }
 
-  int substeps_for(double dt_s) const;
+  /// Before a frame, chooses the pace: the liquid's speed in it, as far as the last frame's record can tell.
+  /// @param movers all that moves and may push it @param from_s,to_s of simulated time
+  void look_ahead(double from_s, double to_s, Vec3d gravity_m_s2, std::span<const Reach> movers);
+  /// As many as it needs in that time; none while there is no liquid.
+  int steps_for(double dt_s) const;
+  void pass_time(double dt_s) { liquid_.pass_time(dt_s); }
+  /// The least substeps of bodies in that time: where walls move, liquid meets each of them in a new place.
+  int substeps_for(double dt_s) const { return pace_.walls_move != 0 ? steps_for(dt_s) : 1; }
+  /// After the substeps of a frame, or of a part of it.
+  void follow(const Readback& readback) { last_ = readback.get<LiquidReport>(report_)[0]; }
   /// Whether steps can cost less with less accuracy; then they take half their iterations from now on, and at
   /// least three, or all.
   bool can_be_reduced() const { return reduced_iterations() < description_.iterations; }
-  void reduce_quality(bool is_reduced) {
-    liquid_.set_iterations(is_reduced ? reduced_iterations() : description_.iterations);
-  }
-  /// @throws usage Error when so many substeps are unstable.
-  void check_substeps(double dt_s, int substeps) const;
+  void reduce_quality(bool is_reduced) { in_haste_ = is_reduced; }
+  /// Which of several numbers of iterations the coming steps have, from 0 on.
+  std::size_t variant() const { return static_cast<std::size_t>(pace_.growth) * 2 + (in_haste_ ? 1 : 0); }
   /// Over the frame that was waited for. @param notices for the user, added to
   LiquidReport report(const Readback& readback, std::vector<Notice>& notices);
 
@@ -61,6 +71,8 @@ class SceneLiquid {
   void add_forces(const Readback& readback, const std::function<std::string(Index collider)>& name_of,
                   double dt_frame_s, std::vector<LiquidReaction>& forces) const;
 
+  /// Volume that emitters and wounds should have brought by now [m^3]. Tells of wounds that can't keep up.
+  double waiting_m3(const Readback& readback, double dt_frame_s, std::vector<Notice>& notices);
   /// Adds the volumes that strokes bled until the frame that was waited for.
   void add_bleeding(const Readback& readback, std::vector<CutScore>& cuts) const;
   /// When a body was cut, between frames. Synchronizes.
@@ -83,6 +95,9 @@ class SceneLiquid {
     if (description_.solver != LiquidModel::dfsph) return all;
     return std::min(all, std::max((all + 1) / 2, kLeastInHaste));
   }
+  /// Iterations grow in these steps.
+  static constexpr std::array kGrowth{1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0};
+  void choose_iterations(double gravity_m_s2);
 
   /// A body that the liquid and it push.
   struct Felt {
@@ -91,12 +106,24 @@ class SceneLiquid {
     std::unique_ptr<Wounds> wounds = nullptr;  ///< where it bleeds
     Buffer<WallHit> hits = {};                 ///< of the places where those may bleed, on any body
     Readback::Place ledgers = {};
-    bool was_full = false;
+    bool was_full = false, bleeds = false, was_late = false;
   };
+  class Solids;
+  struct LeftOut {
+    int in_solids = 0, in_blocks = 0;
+  };
+  std::vector<LiquidParticle> fill_blocks(const Solids& solids, LeftOut& left_out) const;
+  [[noreturn]] void refuse_blocks(double count) const;
   void add_body(SoftBody& body, Index collider);
   void bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame);
-  void step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2, int in_block);
+  void step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2);
+  bool may_bring(double from_s, double to_s) const;
 
+  struct Pace {
+    float fastest_m_s = 0, longest_step_s = 0;
+    Index is_empty = 0, walls_move = 1;
+    Index growth = 0, for_excess = 0;  ///< numbers in kGrowth: of the iterations, and of those for densities
+  };
   DeviceSet& devices_;
   LiquidDescription description_;
   Liquid liquid_;
@@ -105,6 +132,9 @@ class SceneLiquid {
   std::vector<Readback::Place> layers_;  ///< per part
   std::vector<Notice> first_notices_;    ///< of the start
   std::uint32_t replaced_ = 0;           ///< until the last frame
+  LiquidReport last_;                    ///< of the last frame
+  Pace pace_;
+  bool in_haste_ = false;
 };
 
 }  // namespace tactus

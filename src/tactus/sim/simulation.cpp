@@ -233,6 +233,7 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
   move_tools(times, has_new_images);
   contact_log_.begin_frame();
   part_ = 0;
+  if (liquid_) look_ahead_of_liquid(times.dt_s);
   const double frame_begin_s = clock_.simulated_s() - times.dt_s;
   double done_s = 0;
   if (has_new_images && must_look_first(times.dt_s))
@@ -244,12 +245,14 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     if (part.substeps > 0) {
       for (auto& body : bodies_)
         body->check_substeps(static_cast<float>(part.dt_s), part.substeps, scene_.frame.max_substeps);
-      if (liquid_) liquid_->check_substeps(part.dt_s, part.substeps);
     }
+    if (liquid_ && part.substeps > 0) part.liquid_steps = liquid_->steps_for(part.dt_s);
+    if (liquid_ && part.liquid_steps == 0) liquid_->pass_time(part.dt_s);
     run_part(times, part, done_s, std::exchange(has_new_images, false));
     if (part.substeps > 0) collect_bodies(times.dt_s, part.substeps, report);
     done_s += part.dt_s;
     report.substeps += part.substeps;
+    report.liquid_steps += part.liquid_steps;
   }
   if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
   cut_bodies(frame_begin_s, clock_.simulated_s(), report);
@@ -269,13 +272,17 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
                  .gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2),
                  .substeps = part.substeps,
                  .part = part_},
-                has_new_images);
+                has_new_images,
+                {.count = part.liquid_steps,
+                 .dt_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.liquid_steps, 1)),
+                 .variant = liquid_ ? liquid_->variant() : 0});
   if (has_new_images && !is_reduced(QualityReduction::hull))  // while the devices work
     hull_check_.prepare(incoming_->silhouettes,
                         tracked_blades_.empty() ? std::span<const BitMask>() : masks_);
   if (part.substeps > 0) last_substep_s_ = dt_substep_s;
   schedule_.finish(timings_);
   if (liquid_) liquid_->balance(readback_);
+  if (liquid_ && part.substeps > 0) liquid_->follow(readback_);
   if (has_new_images)
     meshed_s_ = begin_run_s +
                 1e-3 * (timings_.last_ms("upload") + timings_.last_ms("hull") + timings_.last_ms("mesh"));
@@ -310,6 +317,7 @@ void Simulation::collect(StepReport& report) {
   };
   if (liquid_) {
     report.liquid = liquid_->report(readback_, report.notices);
+    report.liquid_waiting_m3 = liquid_->waiting_m3(readback_, report.dt_s, report.notices);
     liquid_->add_bleeding(readback_, cuts_);
   }
   for (auto& body : bodies_)

@@ -45,9 +45,11 @@ struct StepReport {
   LiquidReport liquid;                        ///< where the scene has one
   std::vector<LiquidReaction> liquid_forces;  ///< on everything that it touched
   int substeps = 0;
-  int settling_substeps = 0;    ///< before the first frame, where 'frame.start' is settled
-  double dt_s = 0;              ///< simulated
-  std::vector<Notice> notices;  ///< all of this frame
+  int liquid_steps = 0;
+  double liquid_waiting_m3 = 0;  ///< that emitters and wounds should have brought by now
+  int settling_substeps = 0;     ///< before the first frame, where 'frame.start' is settled
+  double dt_s = 0;               ///< simulated
+  std::vector<Notice> notices;   ///< all of this frame
 };
 
 /// Meshes for viewers and exporters: owns its data, never the simulation's.
@@ -183,12 +185,14 @@ class Simulation {
     double dt_s = 0;
     int substeps = 0;
     bool last = true;
+    int liquid_steps = 0;
   };
   /// @param left_s of the frame @param age_s farthest from the surface's capture @param from_s when the part
   /// begins, of the bodies' motions @param done substeps of the frame before it
   FramePart next_part(double left_s, double age_s, double from_s, int done);
   /// As many as the bodies' stable steps ask for.
   int substeps_for(double dt_s, double substeps_per_s) const;
+  void look_ahead_of_liquid(double dt_s);
   bool must_look_first(double dt_s) const;
   /// Speed of the fastest point of the real surface [m/s]; with a body, among the components that can reach
   /// it in so much time.

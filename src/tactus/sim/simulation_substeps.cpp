@@ -13,6 +13,25 @@ int Simulation::substeps_for(double dt_s, double substeps_per_s) const {
   return std::clamp(count, 1, kMostSubsteps);
 }
 
+/// Bodies, too, may push the liquid.
+void Simulation::look_ahead_of_liquid(double dt_s) {
+  std::vector<Reach> movers;
+  for (const Reach& component : component_speeds_)
+    if (component.m_s > 0) movers.push_back(component);
+  for (const auto& body : bodies_) {
+    if (body->is_untouched() || body->is_frozen()) continue;
+    const RigidMotion& of = body->motion();
+    // Nothing is known of its motion before its first substep.
+    const Vec3d all{1e9, 1e9, 1e9};
+    if (of.mass_kg > 0)
+      movers.push_back({of.low_m, of.high_m, static_cast<double>(body->fastest_m_s())});
+    else
+      movers.push_back({-all, all, 0});
+  }
+  const double to_s = clock_.simulated_s();
+  liquid_->look_ahead(to_s - dt_s, to_s, scene_.gravity_m_s2, movers);
+}
+
 double Simulation::surface_m_s() const {
   double fastest = 0;
   for (const Reach& component : component_speeds_) fastest = std::max(fastest, component.m_s);

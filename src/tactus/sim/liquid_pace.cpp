@@ -1,0 +1,99 @@
+// How many steps the liquid takes in a frame.
+#include <algorithm>
+#include <cmath>
+
+#include "tactus/sim/scene_liquid.h"
+
+namespace tactus {
+namespace {
+
+/// Whether so many layers bear on one another that longer steps make them bounce: a column of 60 did.
+bool is_deep(const LiquidReport& last, double gravity_m_s2) {
+  constexpr double kLayers = 12;
+  if (last.here == 0) return false;
+  const double borne_m_s2 = static_cast<double>(last.borne) / double{LiquidReport::kBorneUnits} / last.here;
+  return 2 * borne_m_s2 > kLayers * gravity_m_s2;
+}
+
+}  // namespace
+
+/// Whether emitters or wounds may bring liquid in that time.
+bool SceneLiquid::may_bring(double from_s, double to_s) const {
+  const auto is_on = [&](const EmitterDescription& e) {
+    return e.from_s <= to_s && from_s <= e.until_s.value_or(to_s);
+  };
+  const auto bleeds = [](const Felt& felt) { return felt.bleeds; };
+  return std::any_of(description_.emitters.begin(), description_.emitters.end(), is_on) ||
+         std::any_of(bodies_.begin(), bodies_.end(), bleeds);
+}
+
+/// Iterations find of a long wave of pressure what they can carry in a step: four of them what twelve layers
+/// need (docs/concepts/liquid.md). The mean pressure tells how many layers bear on one another: in a pool,
+/// half of the layers. And while densities are more than 0.1 % too large in the mean, there are more
+/// iterations.
+void SceneLiquid::choose_iterations(double gravity_m_s2) {
+  constexpr double kLayers = 12, kExcess = 1e-3;
+  constexpr auto kMost = static_cast<Index>(kGrowth.size()) - 1;
+  const int least = in_haste_ ? reduced_iterations() : description_.iterations;
+  if (description_.solver == LiquidModel::dfsph && last_.here > 0) {
+    const double borne = static_cast<double>(last_.borne) / double{LiquidReport::kBorneUnits} / last_.here,
+                 excess = static_cast<double>(last_.excess) / double{LiquidReport::kExcessUnits} / last_.here;
+    const double layers = gravity_m_s2 > 0 ? 2 * borne / gravity_m_s2 : 0, growth = layers / kLayers;
+    if (excess > kExcess) pace_.for_excess = std::min(pace_.for_excess + 1, kMost);
+    if (excess < 0.25 * kExcess) pace_.for_excess = std::max(pace_.for_excess - 1, Index{0});
+    const auto enough =
+        std::find_if(kGrowth.begin(), kGrowth.end() - 1, [&](double k) { return k >= growth; });
+    pace_.growth = std::max(static_cast<Index>(enough - kGrowth.begin()), pace_.for_excess);
+  }
+  liquid_.set_iterations(
+      static_cast<int>(std::ceil(least * kGrowth.at(static_cast<std::size_t>(pace_.growth)))));
+}
+
+/// The pace grows at once. It falls by a fifth a frame at most, and only where that much less is needed:
+/// steps that change all the time cost accuracy.
+void SceneLiquid::look_ahead(double from_s, double to_s, Vec3d gravity_m_s2, std::span<const Reach> movers) {
+  constexpr double kMargin = 1.1, kMuchLess = 0.7, kFallsBy = 0.8;
+  /// A particle that has no neighbours may go a spacing in a step, others 0.4 of it: it first meets a wall,
+  /// or the liquid, within their reach of two spacings.
+  constexpr double kFreeOverNear = 0.4;
+  /// A step's fall, g dt^2, is at most 0.04 spacings.
+  constexpr double kFall = 0.2;
+  choose_iterations(length(gravity_m_s2));
+  const double dt_s = to_s - from_s, d = description_.spacing_m, g = length(gravity_m_s2);
+  const double most = liquid_.settings().max_speed_m_s, gains = 0.5 * g * dt_s;
+  double near = double{last_.fastest_near_m_s} + gains;
+  const bool brings = may_bring(from_s, to_s);
+  pace_.is_empty = last_.here == 0 && !brings ? 1 : 0;
+  if (brings)
+    for (const EmitterDescription& e : description_.emitters) near = std::max(near, e.speed_m_s);
+  pace_.walls_move = 0;
+  for (const Reach& mover : movers) {
+    const double displacement_m = (mover.m_s + double{last_.fastest_m_s} + gains) * dt_s + 4 * d;
+    const Vec3d apart =
+        max(mover.low_m - vec_cast<double>(last_.high_m), vec_cast<double>(last_.low_m) - mover.high_m);
+    const bool is_far = last_.here > 0 && !brings && std::max({apart.x, apart.y, apart.z}) > displacement_m;
+    if (is_far || pace_.is_empty != 0) continue;
+    near = std::max(near, mover.m_s);
+    pace_.walls_move = 1;
+  }
+  const double needed = std::min(std::max(near, kFreeOverNear * (double{last_.fastest_m_s} + gains)), most);
+  double pace = pace_.fastest_m_s;
+  if (needed > pace)
+    pace = std::min(kMargin * needed, most);
+  else if (needed < kMuchLess * pace)
+    pace = std::max(kMargin * needed, kFallsBy * pace);
+  pace_.fastest_m_s = static_cast<float>(pace);
+  pace_.longest_step_s =
+      is_deep(last_, g) ? liquid_.largest_step_s() : liquid_.largest_step_s(pace_.fastest_m_s);
+  if (g > 0) {
+    const auto falls_s = static_cast<float>(kFall * std::sqrt(d / g));
+    pace_.longest_step_s = std::clamp(falls_s, liquid_.largest_step_s(), pace_.longest_step_s);
+  }
+}
+
+int SceneLiquid::steps_for(double dt_s) const {
+  if (pace_.is_empty != 0 || !(dt_s > 0)) return 0;
+  return std::max(static_cast<int>(std::ceil(dt_s / double{pace_.longest_step_s} - 1e-4)), 1);
+}
+
+}  // namespace tactus

@@ -1,0 +1,186 @@
+/// How many steps and iterations a scene's liquid takes, and how it begins.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "tactus/sim/simulation.h"
+
+namespace tactus {
+namespace {
+
+/// (Inlined, it makes GCC 12 warn of vectors that nobody made.)
+[[gnu::noinline]] LiquidDescription& add_liquid(Scene& scene) { return scene.fluid.emplace(); }
+
+/// A stiff body needs 369 substeps a frame, a soft one 37. The pool beside them, which neither touches, needs
+/// neither: it takes the same steps as alone, and has the same bits.
+TEST(LiquidScene, TakesStepsOfItsOwnBesideAStiffBody) {
+  const auto run = [](double young_pa) {
+    Scene scene;
+    LiquidDescription& pool = add_liquid(scene);
+    pool.spacing_m = 0.01;
+    pool.box = {{-0.05, 0, -0.05}, {0.05, 0.3, 0.05}};
+    pool.blocks.push_back({{{-0.05, 0, -0.05}, {0.03, 0.05, 0.05}}, {}});
+    pool.max_speed_m_s = 1.5;
+    if (young_pa > 0) {
+      BodyDescription& body = scene.bodies.emplace_back();
+      body.name = "b";
+      body.shape.size_m = {0.06, 0.04, 0.06};
+      body.placement.position_m = {0, 0.2, 0};
+      body.spacing_m = 0.01;
+      body.material.model = TissueModel::tled;
+      body.material.young_modulus_pa = young_pa;
+      FixedRegion& top = body.fixed.emplace_back();
+      top.where.kind = RegionKind::half_space;
+      top.where.frame = CoordinateFrame::world;
+      top.where.point_m = {0, 0.19, 0};
+    }
+    DeviceSet devices("cpu");
+    Simulation simulation(devices, scene, {}, {});
+    struct {
+      std::vector<int> steps;
+      std::vector<Vec3f> x_m;
+      int substeps = 0;
+    } result;
+    for (int k = 0; k < 5; ++k) {
+      const StepReport report = simulation.step(nullptr, k == 0 ? 0 : 1.0 / 30);
+      result.steps.push_back(report.liquid_steps);
+      result.substeps = std::max(result.substeps, report.substeps);
+    }
+    result.x_m = simulation.liquid()->positions_m();
+    return result;
+  };
+  const auto alone = run(0), soft = run(1e4), stiff = run(1e6);
+  EXPECT_EQ(alone.substeps, 1);
+  EXPECT_GT(stiff.substeps, 5 * soft.substeps);
+  EXPECT_EQ(soft.steps, alone.steps);
+  EXPECT_EQ(stiff.steps, alone.steps);
+  EXPECT_EQ(soft.x_m, alone.x_m);
+  EXPECT_EQ(stiff.x_m, alone.x_m);
+  EXPECT_GE(alone.steps.back(), 3);
+}
+
+/// The pace follows what moves. A block falls: in no frame does it go more than 0.8 spacings in a step: 0.4
+/// at the speed v + g dt / 2, of v + g dt in the end, which for v > 0.3 m/s is 0.54, and half as much again
+/// where it splashes. At rest, steps are up to six times as long as those for the highest speed. The settled
+/// pool has its middle where a pool of five layers has it, to a tenth of a spacing.
+TEST(LiquidScene, PaceFollowsWhatMoves) {
+  Scene scene;
+  LiquidDescription& pool = add_liquid(scene);
+  const double d = 0.01;
+  pool.spacing_m = d;
+  pool.box = {{0, 0, 0}, {0.1, 0.4, 0.1}};
+  pool.blocks.push_back({{{0, 0.1, 0}, {0.05, 0.2, 0.1}}, {}});
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, {}, {});
+  simulation.step(nullptr, 0);
+  const int most = static_cast<int>(
+      std::ceil(1.0 / 30 / static_cast<double>(simulation.liquid()->liquid().largest_step_s())));
+  std::vector<int> steps;
+  for (int k = 0; k < 75; ++k) {
+    const StepReport report = simulation.step(nullptr, 1.0 / 30);
+    steps.push_back(report.liquid_steps);
+    const double way_d = double{report.liquid.fastest_near_m_s} / 30 / report.liquid_steps / d;
+    EXPECT_LT(way_d, report.liquid_steps == most ? 1.0 : 0.8) << "frame " << k;
+  }
+  EXPECT_GE(2 * steps.front(), most);
+  EXPECT_LE(steps.back(), (most + 1) / 2);
+  Vec3d middle;
+  const std::vector<Vec3f> x_m = simulation.liquid()->positions_m();
+  ASSERT_EQ(x_m.size(), 500U);
+  for (const Vec3f x : x_m) middle += 1.0 / 500 * vec_cast<double>(x);
+  EXPECT_NEAR(middle.x, 0.05, 0.1 * d);
+  EXPECT_NEAR(middle.z, 0.05, 0.1 * d);
+  EXPECT_NEAR(middle.y, 0.025, 0.1 * d);
+}
+
+/// 60 layers rest in a shaft. Its floor bears their weight: in the mean of a second to 2 %, as 30 frames tell
+/// it of what still swings, and in each frame to a tenth.
+TEST(LiquidScene, ATallColumnBearsItsWeight) {
+  Scene scene;
+  LiquidDescription& column = add_liquid(scene);
+  column.spacing_m = 0.01;
+  column.density_kg_m3 = 1000;
+  column.viscosity_pa_s = 0.001;
+  column.box = {{0, 0, 0}, {0.04, 0.7, 0.04}};
+  column.blocks.push_back({{{0, 0, 0}, {0.04, 0.6, 0.04}}, {}});
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, {}, {});
+  simulation.step(nullptr, 0);
+  const double weight_N = 960 * 1e-6 * 1000 * 9.81;
+  double mean = 0, least = 1e9, most = 0;
+  for (int k = 0; k < 60; ++k) {
+    const StepReport report = simulation.step(nullptr, 1.0 / 30);
+    for (const LiquidReaction& f : report.liquid_forces) {
+      if (f.on != "face -y") continue;
+      const double share = -double{f.force_N.y} / weight_N;
+      if (k < 30) continue;
+      mean += share / 30;
+      least = std::min(least, share);
+      most = std::max(most, share);
+    }
+    EXPECT_LT(report.liquid.densest, 1.05);
+  }
+  std::printf("floor over weight: mean %.3f, %.3f to %.3f\n", mean, least, most);
+  EXPECT_NEAR(mean, 1, 0.02);
+  EXPECT_GT(least, 0.9);
+  EXPECT_LT(most, 1.1);
+}
+
+TEST(LiquidScene, AnEmptyLiquidTakesNoStep) {
+  Scene scene;
+  LiquidDescription& jet = add_liquid(scene);
+  jet.spacing_m = 0.01;
+  jet.box = {{0, 0, 0}, {0.1, 0.4, 0.1}};
+  EmitterDescription& e = jet.emitters.emplace_back();
+  e.name = "e";
+  e.position_m = {0.05, 0.3, 0.05};
+  e.radius_m = 0.02;
+  e.from_s = 0.15;
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, {}, {});
+  simulation.step(nullptr, 0);
+  for (int k = 1; k <= 3; ++k) {
+    const StepReport report = simulation.step(nullptr, 0.05);
+    EXPECT_EQ(report.liquid_steps > 0, k == 3) << k;
+  }
+  const StepReport report = simulation.step(nullptr, 0.05);
+  EXPECT_GT(report.liquid_steps, 0);
+  // pi r^2 v t / d^3 = 31.4, less what the pattern fluctuates.
+  EXPECT_NEAR(report.liquid.here, 31.4, 4);
+}
+
+/// The second block is left out where the first one is: 5 x 5 x 10 of its 10 x 5 x 10 particles. Those beside
+/// it share a face with it and stay.
+TEST(LiquidScene, OverlappingBlocksFillTheirSpaceOnce) {
+  Scene scene;
+  scene.gravity_m_s2 = {};
+  LiquidDescription& pool = add_liquid(scene);
+  pool.spacing_m = 0.01;
+  pool.box = {{0, 0, 0}, {0.15, 0.1, 0.1}};
+  pool.blocks = {{{{0, 0, 0}, {0.1, 0.05, 0.1}}, {}}, {{{0.05, 0, 0}, {0.15, 0.05, 0.1}}, {}}};
+  DeviceSet devices("cpu");
+  Simulation simulation(devices, scene, {}, {});
+  simulation.step(nullptr, 0);
+  const StepReport report = simulation.step(nullptr, 0.01);
+  EXPECT_EQ(report.liquid.here, 750);
+  EXPECT_LT(report.liquid.densest, 1.01);
+  const auto is_it = [](const Notice& n) { return n.code == "liquid.blocks_overlap"; };
+  Simulation again(devices, scene, {}, {});
+  const StepReport first = again.step(nullptr, 0);
+  const auto notice = std::find_if(first.notices.begin(), first.notices.end(), is_it);
+  ASSERT_NE(notice, first.notices.end());
+  EXPECT_EQ(notice->text, "250 particles of 'fluid.blocks' lay in an earlier block and were left out");
+}
+
+/// A fall through 0.1 m from a given 90 m/s ends with (90^2 + 2 x 9.81 x 0.1)^(1/2).
+TEST(LiquidScene, ItsHighestSpeedCountsGivenVelocities) {
+  LiquidDescription liquid;
+  liquid.box = {{0, 0, 0}, {0.1, 0.1, 0.1}};
+  liquid.blocks = {{{{0, 0, 0}, {0.1, 0.05, 0.1}}, {0, 90, 0}}};
+  EXPECT_NEAR(liquid_speed_m_s(liquid, {0, -9.81, 0}), std::sqrt(8100 + 2 * 0.981), 1e-9);
+}
+
+}  // namespace
+}  // namespace tactus
