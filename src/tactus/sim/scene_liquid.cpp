@@ -143,7 +143,7 @@ std::vector<LiquidParticle> SceneLiquid::fill_blocks(const Solids& solids, LeftO
         return std::max({out.x, out.y, out.z}) < kNear * d;
       });
     };
-    const bool has_room = BlockLattice::of(to_box(block.box), d).for_each([&](Vec3f x_m) {
+    const bool has_capacity = BlockLattice::of(to_box(block.box), d).for_each([&](Vec3f x_m) {
       if (solids.hold(x_m, 0.4F * d)) {
         ++left_out.in_solids;
         return true;
@@ -156,7 +156,7 @@ std::vector<LiquidParticle> SceneLiquid::fill_blocks(const Solids& solids, LeftO
       particles.push_back({x_m, vec_cast<float>(block.velocity_m_s), static_cast<Index>(particles.size())});
       return true;
     });
-    if (!has_room) refuse_blocks(count);
+    if (!has_capacity) refuse_blocks(count);
     filled.push_back(to_box(block.box));
   }
   return particles;

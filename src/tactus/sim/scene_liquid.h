@@ -71,7 +71,7 @@ class SceneLiquid {
   void add_forces(const Readback& readback, const std::function<std::string(Index collider)>& name_of,
                   double dt_frame_s, std::vector<LiquidReaction>& forces) const;
 
-  /// Volume that emitters and wounds should have brought by now [m^3]. Tells of wounds that can't keep up.
+  /// Volume that emitters and wounds should have brought by now [m^3]. Reports wounds that can't keep up.
   double waiting_m3(const Readback& readback, double dt_frame_s, std::vector<Notice>& notices);
   /// Adds the volumes that strokes bled until the frame that was waited for.
   void add_bleeding(const Readback& readback, std::vector<CutScore>& cuts) const;
@@ -119,7 +119,7 @@ class SceneLiquid {
   void step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2);
   bool may_bring(double from_s, double to_s) const;
 
-  struct Pace {
+  struct StepSize {
     float fastest_m_s = 0, longest_step_s = 0;
     Index is_empty = 0, walls_move = 1;
     Index growth = 0, for_excess = 0;  ///< numbers in kGrowth: of the iterations, and of those for densities
@@ -133,7 +133,7 @@ class SceneLiquid {
   std::vector<Notice> first_notices_;    ///< of the start
   std::uint32_t replaced_ = 0;           ///< until the last frame
   LiquidReport last_;                    ///< of the last frame
-  Pace pace_;
+  StepSize pace_;
   bool in_haste_ = false;
 };
 

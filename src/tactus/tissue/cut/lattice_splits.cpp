@@ -209,14 +209,14 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::part_island(std::span<con
   affected_.clear();
   Index next = next_copy_;
   // As many parts as that a cube may have in the end.
-  const auto has_room = [&](Index cube) {
+  const auto has_capacity = [&](Index cube) {
     int parts = std::popcount(static_cast<unsigned>(corners(cube)));
     for (const Index other : live(regular_of(cube)))
       parts += std::popcount(static_cast<unsigned>(corners(other)));
     return at(parts) <= kMostLive;
   };
   is_full_ = next + 2 * static_cast<Index>(cubes.size()) > lattice_.cube_count() ||
-             !std::all_of(cubes.begin(), cubes.end(), has_room);
+             !std::all_of(cubes.begin(), cubes.end(), has_capacity);
   if (is_full_) return {};
   ++islands_;
   for (std::size_t k = 0; k < cubes.size(); ++k) {
