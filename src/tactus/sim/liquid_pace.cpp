@@ -34,7 +34,7 @@ bool SceneLiquid::may_bring(double from_s, double to_s) const {
 void SceneLiquid::choose_iterations(double gravity_m_s2) {
   constexpr double kLayers = 12, kExcess = 1e-3;
   constexpr auto kMost = static_cast<Index>(kGrowth.size()) - 1;
-  const int least = in_haste_ ? reduced_iterations() : description_.iterations;
+  const int least = is_reduced_ ? reduced_iterations() : description_.iterations;
   if (description_.solver == LiquidModel::dfsph && last_.here > 0) {
     const double borne = static_cast<double>(last_.borne) / double{LiquidReport::kBorneUnits} / last_.here,
                  excess = static_cast<double>(last_.excess) / double{LiquidReport::kExcessUnits} / last_.here;

@@ -60,9 +60,9 @@ class SceneLiquid {
   /// Whether steps can cost less with less accuracy; then they take half their iterations from now on, and at
   /// least three, or all.
   bool can_be_reduced() const { return reduced_iterations() < description_.iterations; }
-  void reduce_quality(bool is_reduced) { in_haste_ = is_reduced; }
+  void reduce_quality(bool is_reduced) { is_reduced_ = is_reduced; }
   /// Which of several numbers of iterations the coming steps have, from 0 on.
-  std::size_t variant() const { return static_cast<std::size_t>(pace_.growth) * 2 + (in_haste_ ? 1 : 0); }
+  std::size_t variant() const { return static_cast<std::size_t>(pace_.growth) * 2 + (is_reduced_ ? 1 : 0); }
   /// Over the frame that was waited for. @param notices for the user, added to
   LiquidReport report(const Readback& readback, std::vector<Notice>& notices);
 
@@ -134,7 +134,7 @@ class SceneLiquid {
   std::uint32_t replaced_ = 0;           ///< until the last frame
   LiquidReport last_;                    ///< of the last frame
   StepSize pace_;
-  bool in_haste_ = false;
+  bool is_reduced_ = false;
 };
 
 }  // namespace tactus
