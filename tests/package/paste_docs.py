@@ -19,7 +19,8 @@ COMMANDS = re.compile(r"\s*(sudo|make|tactus|build/|python3|for |export|cmake|to
 # document: {beginning of a block's line: why it is not run}
 SKIPPED = {
     "README.md": {"sudo apt-get": "needs a network and root", "make ": "builds: .ci/run does it"},
-    "CONTRIBUTING.md": {"make ": "builds: .ci/run does it", ".ci/run": "runs this test", "tools/fuzz.sh": "ten minutes"},
+    "CONTRIBUTING.md": {"make ": "builds: .ci/run does it", ".ci/run": "runs this test", "tools/fuzz.sh": "ten minutes",
+                        "tools/live_chaos.py": "twenty minutes"},
     "docs/calibrate.md": {"tactus calibrate ": "needs pictures of a board", "tactus calibration ": "needs a calibration of yours"},
     "docs/first_scene.md": {"build/tactus reconstruct --source videos my_rig.yaml": "needs films of yours"},
     "docs/gpu.md": {"make testbundle": "needs a GPU", "tools/gpu_report.sh": "needs a GPU"},
