@@ -93,8 +93,8 @@ def status_of_nonsense(tactus: str, rig: pathlib.Path) -> bool:
             identity, _ = socket.recv_multipart()
             socket.send_multipart([identity, answer])
         reported = asked.communicate()[1]
-        if asked.returncode != 1 or "sends no status" not in reported or "json.exception" in reported or told.count("\n") != 1:
-            print(f"{answer!r}: {asked.returncode}, {told}")
+        if asked.returncode != 1 or "sends no status" not in reported or "json.exception" in reported or reported.count("\n") != 1:
+            print(f"{answer!r}: {asked.returncode}, {reported}")
             ok = False
     return ok
 
