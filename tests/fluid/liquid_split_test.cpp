@@ -117,7 +117,7 @@ class LiquidSplits : public ::testing::TestWithParam<std::string> {
 };
 TACTUS_INSTANTIATE_DEVICES(LiquidSplits);
 
-/// A dam breaks over all cuts, which move with it; the oldest make capacity for a jet, and a sink takes what
+/// A dam breaks over all cuts, which move with it; the oldest make way for a jet, and a sink takes what
 /// comes. 300 steps of dfsph, 1500 of wcsph.
 TEST_P(LiquidSplits, HasTheBitsOfOneDevice) {
   for (const LiquidSolver solver : {LiquidSolver::wcsph, LiquidSolver::dfsph}) {

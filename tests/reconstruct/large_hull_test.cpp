@@ -306,7 +306,7 @@ TEST_P(Numbering, IsTheSumOfAllBefore) {
   DeviceSet set(GetParam(), 5);
   ExecContext& ctx = set.context(0);
   std::mt19937 random(3);
-  // Nothing, one, a component of the kernel, several and a rest; and more than there is capacity for.
+  // Nothing, one, a piece of the kernel, several and a rest; and more than there is capacity for.
   for (const Index counted : {0, 1, 700, NumberBricks::kPiece, 3 * NumberBricks::kPiece + 77}) {
     for (const Index missing : {0, 5}) {
       const Index capacity = std::max(counted - missing, 1), own = counted / 2;

@@ -60,7 +60,7 @@ struct PointContact {
   Index collider = -1;            ///< of the surface that it touches
   Vec3f n;                        ///< normal there, world: the side it is on, kept for the next correction
   Vec3f anchor_m;                 ///< where friction holds it; moves along with the collider
-  float left_m = 0;               ///< how deep it stays for now: the wall of a cut that is being parted
+  float left_m = 0;  ///< depth that corrections leave it, as walls of a cut are parted over several
   FrictionMemory friction = {};
   Index label = -1;  ///< of a component of the real surface: components are numbered anew in each frame
 };

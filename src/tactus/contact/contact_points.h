@@ -18,7 +18,7 @@ struct ContactPoint {
   Index point = -1;     ///< of the body; -1: the sum over points that went on to another collider
   Index collider = -1;  ///< as ColliderReaction
   Vec3f x_m{};          ///< world: where its last correction put it
-  Vec3f n{};            ///< unit normal of the collider there, towards the body
+  Vec3f n{};            ///< unit normal of the collider there, towards the body; 0 with `response: paper`
   float gap_m = 0;      ///< before the last correction; < 0: inside
   Vec3f impulse_N_s{};  ///< on the body
   TouchState state = TouchState::left;

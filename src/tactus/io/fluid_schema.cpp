@@ -70,7 +70,7 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
        "and a third as dear"},
       f.solver, {{"dfsph", LiquidModel::dfsph}, {"wcsph", LiquidModel::wcsph}});
   v.integer({"iterations",
-             "dfsph: the least of each step. in a pool of 12 layers, 3 leave 0.06 % too much density, 4 "
+             "dfsph: the least of each step; in a pool of 12 layers, 3 leave 0.06 % too much density, 4 "
              "leave 0.01 %; "
              "deeper pools take up to eight times as many"},
             f.iterations, {"", 1, 100});

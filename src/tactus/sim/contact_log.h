@@ -25,7 +25,7 @@ struct BodyPointContact {
   std::string other{};  ///< as BodyContact::component
   ColliderKind kind = ColliderKind::component;
   Vec3f point_m{};  ///< world
-  Vec3f normal{};   ///< unit, towards the body
+  Vec3f normal{};   ///< unit, towards the body; 0 with `response: paper`
   float gap_m = 0;  ///< before the last correction of the frame; < 0: inside
   /// On the body over the frame. Split by the normal of the last correction: normal_N_s * normal +
   /// tangential_N_s.
