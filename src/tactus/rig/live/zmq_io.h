@@ -2,6 +2,7 @@
 /// ZeroMQ's handles with an owner. Only files of this folder include it.
 #include <zmq.h>
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
