@@ -24,6 +24,7 @@ constexpr double kHello_s = 0.5;
 constexpr int kReconnect_ms = 100, kReconnectMost_ms = 500;
 /// A connection that takes packets and brings nothing back for so long is made anew.
 constexpr double kSilence_s = 3;
+constexpr int kIdle_ms = 20;
 
 void set_keys(ZmqSocket& socket, const std::string& address, const std::optional<LiveKey>& key) {
   if (!key && !is_loopback(address))
@@ -113,6 +114,7 @@ struct RigClient::Impl {
   ZmqContext context;
   std::vector<std::unique_ptr<ClientConnection>> connections;
   WakeUp wake;
+  std::atomic<double> woken_s = 0;  ///< by images that nobody has looked for yet; 0: none
   std::atomic<bool> stops = false;
   std::thread thread;  ///< last: it uses the others
 };
@@ -122,10 +124,12 @@ void RigClient::Impl::work() {
   while (!stops) {
     items.assign(1, {nullptr, wake.fd(), ZMQ_POLLIN, 0});
     for (const auto& c : connections) items.push_back({c->socket.get(), 0, ZMQ_POLLIN, 0});
-    zmq_poll(items.data(), static_cast<int>(items.size()), 20);
+    const double idle_until_s = now_s() + 1e-3 * kIdle_ms;
+    zmq_poll(items.data(), static_cast<int>(items.size()), kIdle_ms);
     wake.clear();
+    const double woken = woken_s.exchange(0), now = now_s();
+    copies.woke(woken > 0 ? std::min(woken, idle_until_s) : idle_until_s, now);
     for (const auto& c : connections) receive(*c);
-    const double now = now_s();
     for (const auto& c : connections) greet(*c, now);
     if (copies.is_on(now) && connections.size() < most_connections) connect_one_more();
     send(now);
@@ -156,12 +160,14 @@ void RigClient::Impl::receive(ClientConnection& from) {
     } else if (m->kind == LiveMessage::kReceipt && m->detail < static_cast<std::uint32_t>(Refusal::count)) {
       heard_s = now_s();
       const PacketsOnTheWay::Receipt receipt = from.on_the_way.receive(m->number, heard_s);
-      if (receipt.is_late) copies.late(heard_s);
+      if (receipt.is_late) copies.late(receipt.sent_s, heard_s);
+      const bool is_late = receipt.is_late || receipt.sent_s == 0;
+      const bool is_copy = copies.receive(m->number, is_late, heard_s) || receipt.is_copy;
       const auto why = static_cast<Refusal>(m->detail);
       if (why == Refusal::too_much || why == Refusal::too_many) copies.refused(heard_s);
       if (why == Refusal::none)
         ++status.taken;
-      else if (why != Refusal::repeated || !receipt.is_copy)
+      else if (why != Refusal::repeated || !is_copy)
         ++status.refused[m->detail];
     }
   }
@@ -172,7 +178,8 @@ std::vector<ClientConnection*> RigClient::Impl::best(double now) {
   std::vector<ClientConnection*> with_room;
   for (const auto& c : connections) {
     if (c->on_the_way.has_room(now)) with_room.push_back(c.get());
-    for (int lost = c->on_the_way.take_lost(); lost > 0; --lost) copies.late(now);
+    const PacketsOnTheWay::Lost lost = c->on_the_way.take_lost();
+    for (int k = 0; k < lost.count; ++k) copies.late(lost.sent_s, now);
   }
   std::stable_sort(with_room.begin(), with_room.end(),
                    [&](const ClientConnection* a, const ClientConnection* b) {
@@ -197,6 +204,7 @@ void RigClient::Impl::send(double now) {
   ++head.sequence;
   head.sent_s = now_s();
   head.copies = static_cast<std::uint8_t>(most);
+  if (most > 1) copies.send(head.sequence);
   coder.pack(head, sending, packet);
   std::size_t sent = 0;
   for (auto c = to.begin(); c != to.end() && sent < most; ++c) {
@@ -235,6 +243,8 @@ void RigClient::put(CameraImages& images, std::int64_t trigger, double captured_
     m.waiting_trigger = trigger;
     m.waiting_captured_s = captured_s;
   }
+  double none = 0;
+  m.woken_s.compare_exchange_strong(none, now_s());
   m.wake.wake();
 }
 
