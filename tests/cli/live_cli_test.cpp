@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -39,6 +40,23 @@ class LiveCli : public ProgramTest {
   void start_clients(const std::string& flags) const {
     for (const char* camera : {"cam0", "cam1", "cam2", "tof"})
       start("client " + std::string(camera) + " " + rig_ + " --seconds 3 " + flags);
+  }
+  /// The process of sockets whose parent runs with a file of this test; 0: none. (A shell around the program
+  /// has no sockets.)
+  pid_t socket_process() const {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+      std::ifstream stat(entry.path() / "stat");
+      pid_t pid = 0, parent = 0;
+      std::string name, state;
+      if (!(stat >> pid >> name >> state >> parent) || name != "(tactus-sockets)" || state == "Z") continue;
+      if (text_of("/proc/" + std::to_string(parent) + "/cmdline").find(rig_) != std::string::npos) return pid;
+    }
+    return 0;
+  }
+  static std::string text_of(const std::string& file) {
+    std::stringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
   }
   std::string rig_;
 };
@@ -86,6 +104,55 @@ TEST_F(LiveCli, ServeTellsWhoIsThere) {
       run_tactus("reconstruct --source recording " + path("r") + " --frames 10 --resolution 16 --devices cpu")
           .code,
       0);
+}
+
+/// Their end is told, and costs sets alone: the scene goes on, and the recording has what it saw.
+TEST_F(LiveCli, TheEndOfTheSocketsEndsNoRun) {
+  ASSERT_EQ(run_tactus("keys " + rig_).code, 0);
+  const std::string run = "run " + path("s.yaml") + " --devices cpu --view none ";
+  start_clients("");
+  int killed = 0;
+  std::thread killer([&] {
+    for (int k = 0; k < 200 && killed < 2; ++k) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(500));
+      if (const pid_t pid = socket_process(); pid != 0 && ::kill(pid, SIGKILL) == 0) ++killed;
+      if (std::filesystem::exists(path("live.json"))) break;
+    }
+  });
+  const Outcome live = run_tactus(run + "--source " + rig_ + " --frames 75 --record " + path("r") +
+                                  " --json " + path("live.json"));
+  killer.join();
+  ASSERT_EQ(live.code, 0) << live.text;
+  ASSERT_GT(killed, 0);
+  const std::string line = "the process of the live sockets was started again";
+  EXPECT_NE(live.text.find(line), std::string::npos) << live.text;
+  const nlohmann::json json = read_json("live.json");
+  EXPECT_EQ(json["frames"], 75);
+  EXPECT_GE(json["live"]["socket_restarts"], 1);
+  EXPECT_NE(json["statuses"].dump().find(line), std::string::npos) << json["statuses"];
+  const Outcome again = run_tactus(run + "--source " + path("r") + " --json " + path("again.json"));
+  ASSERT_EQ(again.code, 0) << again.text;
+  EXPECT_EQ(read_json("again.json")["frames"], 75);
+  EXPECT_EQ(read_json("again.json")["state_hash"], json["state_hash"]);
+}
+
+/// One line of the server, one of the client that is refused. The first goes on.
+TEST_F(LiveCli, ASecondClientOfACameraIsReportedOnBothSides) {
+  start_clients("--plain");
+  start("client cam0 " + rig_ + " --plain --seconds 3");
+  const Outcome server = run_tactus("serve " + rig_ + " --plain --seconds 4");
+  EXPECT_EQ(server.code, 0) << server.text;
+  const auto count = [](const std::string& text, const std::string& line) {
+    int found = 0;
+    for (std::size_t at = text.find(line); at != text.npos; at = text.find(line, at + 1)) ++found;
+    return found;
+  };
+  EXPECT_EQ(count(server.text, "camera 'cam0': a second client sends for it, and is refused"), 1)
+      << server.text;
+  // On a busy computer the first may be silent long enough for the second, and then be the refused one.
+  const int refused = count(text_of(path("log")), "the server refuses packets: other client");
+  EXPECT_GE(refused, 1) << text_of(path("log"));
+  EXPECT_LE(refused, 2) << text_of(path("log"));
 }
 
 /// With keys a server may listen on every network. It says so, once.

@@ -2,8 +2,12 @@
 #include <csignal>
 #include <fstream>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "cli/program.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/rig/wire/recording_file.h"
 
 namespace tactus::test {
 namespace {
@@ -91,6 +95,51 @@ TEST_F(RecordingCli, ADamagedOneIsNamedAndEndsWithItsOwnCode) {
     EXPECT_NE(o.text.find("at byte "), std::string::npos) << verb << o.text;
   }
   EXPECT_NE(read_json("r.json")["damage"].dump().find("at byte "), std::string::npos);
+}
+
+/// A live recording begins with ticks at which no camera was there yet, and no frame is shown of them. Its
+/// damage is told all the same, whether it lies in those ticks or behind them.
+TEST_F(RecordingCli, DamageOfOneThatBeginsWithoutImagesIsNamed) {
+  scene("0-7");
+  const SyntheticOptions film = [] {
+    SyntheticOptions options;
+    options.rig = {.camera_count = 4, .width_px = 64, .height_px = 48, .focal_px = 60};
+    options.rig.depth_width_px = options.rig.depth_height_px = 32;
+    return options;
+  }();
+  SyntheticSource source(film);
+  {
+    RecordingWriter writer(path("whole.rec"), source.rig(), 30);
+    FrameSet none, frame;
+    for (int i = 0; i < 3; ++i) writer.add(NextFrame::nothing_new, none, "");
+    for (int i = 0; i < 4; ++i) {
+      source.next(frame);
+      writer.add(NextFrame::success, frame, "");
+    }
+    writer.finish();
+  }
+  std::stringstream bytes;
+  bytes << std::ifstream(path("whole.rec"), std::ios::binary).rdbuf();
+  const std::string whole = bytes.str();
+  std::vector<std::size_t> chunks;
+  for (std::size_t at = 0; (at = whole.find("TCHK", at)) != std::string::npos; ++at) chunks.push_back(at);
+  ASSERT_EQ(chunks.size(), 9U);  // rig, three ticks, four sets, end
+  const auto damaged = [&](std::size_t at) {
+    std::string text = whole;
+    text[at] = static_cast<char>(text[at] ^ 1);
+    return text;
+  };
+  EXPECT_EQ(hash_of("--devices cpu --source " + path("whole.rec")).size(), hash_of("--devices cpu").size());
+  for (const std::string& bad : {whole.substr(0, chunks[8]), whole.substr(0, chunks[5] + 40),
+                                 damaged(chunks[1]), damaged(chunks[2] + 9), damaged(chunks[2] + 40),
+                                 damaged(chunks[3] + 20), damaged(chunks[4] + 50), damaged(chunks[7] + 3)}) {
+    write("bad.rec", bad);
+    const Outcome o = run_tactus("run " + path("s.yaml") + " --devices cpu --view none --source " +
+                                 path("bad.rec") + " --json " + path("bad.json"));
+    EXPECT_EQ(o.code, 6) << o.text;
+    EXPECT_NE(o.text.find("at byte "), std::string::npos) << o.text;
+    EXPECT_NE(read_json("bad.json")["statuses"].dump().find("at byte "), std::string::npos);
+  }
 }
 
 TEST_F(RecordingCli, WrongFilesHaveOneMessage) {

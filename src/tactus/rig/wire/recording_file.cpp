@@ -269,6 +269,8 @@ void RecordingReader::find_chunks() {
   if (!closed)
     note_damage("it was cut off after " + std::to_string(places_.size()) + " frames, at byte " +
                 std::to_string(at));
+  else if (at < file_bytes_)
+    note_damage(std::to_string(file_bytes_ - at) + " bytes follow its end, at byte " + std::to_string(at));
 }
 
 NextFrame RecordingReader::read(int i, const Wanted& wanted, FrameSet& frame, std::string& status) {
