@@ -12,6 +12,13 @@ constexpr double kPhaseGain = 0.01;
 constexpr double kStays = 0.75;
 /// A camera's clock, right or not, takes at most this part of the deadline from the others.
 constexpr double kMostAge = 0.5;
+/// A trigger's number is ahead when it is so much more than another camera's last one and the time since: one
+/// that counts one too many is found though captures are 0.3 ticks off.
+constexpr double kAhead = 0.7;
+/// Triggers are steady when so many times in a row the time to the next one was like the last, and no shorter
+/// than this, in periods: more packets a second are refused.
+constexpr int kSteady = 15;
+constexpr double kLike = 0.4, kShortestStep = 0.125;
 /// Ticks beyond are none: sums of two of them neither overflow nor lose one.
 constexpr std::int64_t kMostTick = std::int64_t{1} << 53;
 
@@ -77,6 +84,37 @@ bool SetAssembler::most_agree(const Arrival& arrival, std::int64_t tick) const {
   return 2 * agree > present;
 }
 
+/// Cameras whose triggers are steady say when the next is due, which is not the rig's period everywhere.
+/// Where triggers come when they like, nobody can tell.
+bool SetAssembler::is_ahead(const Arrival& arrival, std::int64_t tick) const {
+  if (!options_.by_trigger) return false;
+  int present = 1, ahead = 0;
+  for (int c = 0; c < options_.cameras; ++c) {
+    if (c == arrival.camera || !is_present(c, arrival.arrived_s)) continue;
+    ++present;
+    const Heard& heard = heard_[static_cast<std::size_t>(c)];
+    if (heard.steady < kSteady) continue;
+    const double passed = (arrival.captured_s - heard.captured_s) / heard.step_s;
+    if (static_cast<double>(tick - heard.tick) > passed + kAhead) ++ahead;
+  }
+  return 2 * ahead > present;
+}
+
+void SetAssembler::hear(const Arrival& arrival, std::int64_t tick) {
+  Heard& heard = heard_[static_cast<std::size_t>(arrival.camera)];
+  if (heard.ever && tick > heard.tick) {
+    const double step_s = (arrival.captured_s - heard.captured_s) / static_cast<double>(tick - heard.tick);
+    const bool is_like = step_s >= kShortestStep * options_.period_s &&
+                         std::abs(step_s - heard.step_s) <= kLike * heard.step_s;
+    heard.steady = is_like ? std::min(heard.steady + 1, kSteady) : 0;
+    heard.step_s = step_s;
+  }
+  heard.ever = true;
+  heard.tick = tick;
+  heard.captured_s = arrival.captured_s;
+  heard.arrived_s = arrival.arrived_s;
+}
+
 SetAssembler::Slot* SetAssembler::oldest() {
   Slot* first = nullptr;
   for (Slot& slot : slots_) {
@@ -109,7 +147,7 @@ SetAssembler::Place SetAssembler::admit(const Arrival& arrival) {
   place.camera = arrival.camera;
   const auto camera = static_cast<std::size_t>(arrival.camera);
   const std::int64_t tick = tick_of(arrival);
-  heard_[camera] = {true, tick, arrival.captured_s, arrival.arrived_s, heard_[camera].failures};
+  hear(arrival, tick);
   const bool is_far = is_anchored_ && (tick > newest_ + kOpen || tick < newest_ - kOpen);
   if (!is_anchored_ || (is_far && most_agree(arrival, tick))) {
     for (Slot& slot : slots_) {
@@ -118,7 +156,7 @@ SetAssembler::Place SetAssembler::admit(const Arrival& arrival) {
     is_anchored_ = true;
     newest_ = tick;
     released_ = tick - 1;
-  } else if (tick > newest_ + kOpen) {
+  } else if (tick > newest_ + kOpen || is_ahead(arrival, tick)) {
     place.refusal = Refusal::ahead;
     return place;
   }

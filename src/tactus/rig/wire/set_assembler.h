@@ -27,7 +27,8 @@ namespace tactus {
 /// A camera that was not heard of for absent_s is not waited for, nor one that missed kFailures sets in a row
 /// although it was heard: from then on `trust` says that it delivers again. Numbers of triggers that are far
 /// from the newest set are refused, unless more than half of the cameras that are heard say so: then counting
-/// began anew. So no camera alone can make the others late.
+/// began anew. So are numbers before their time, where triggers are steady and more than half of the cameras
+/// say so. So no camera alone can make the others late.
 ///
 /// All times are on one clock. Memory is fixed. Nothing depends on anything but the calls.
 class SetAssembler {
@@ -98,11 +99,15 @@ class SetAssembler {
     bool ever = false;
     std::int64_t tick = 0;  ///< that it said last
     double captured_s = 0, arrived_s = 0;
-    int failures = 0;  ///< sets in a row that it missed
+    double step_s = 0;  ///< from one trigger to the next
+    int steady = 0;     ///< steps in a row that were like the one before
+    int failures = 0;   ///< sets in a row that it missed
   };
   std::int64_t tick_of(const Arrival& arrival);
   std::int64_t nearest_beat(double captured_s) const;
   double beat_s(std::int64_t tick) const;
+  void hear(const Arrival& arrival, std::int64_t tick);
+  bool is_ahead(const Arrival& arrival, std::int64_t tick) const;
   bool most_agree(const Arrival& arrival, std::int64_t tick) const;
   Slot* open_slot(std::int64_t tick);
   Slot* oldest();
