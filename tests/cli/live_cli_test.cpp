@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <thread>
 
@@ -155,6 +156,32 @@ TEST_F(LiveCli, ASecondClientOfACameraIsReportedOnBothSides) {
   EXPECT_LE(refused, 2) << text_of(path("log"));
 }
 
+/// A wrong address, a key that the server doesn't know and a server that isn't there look alike to a client.
+/// It says so after three seconds, once, and once that somebody answers.
+TEST_F(LiveCli, AClientThatNobodyAnswersSaysSo) {
+  start("client cam0 " + rig_ + " --plain --seconds 8");
+  const std::string alone = "warning: nobody answers at tcp://127.0.0.1:", answers = " answers\n";
+  std::string text;
+  for (int k = 0; k < 60 && text.find(alone) == text.npos; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    text = text_of(path("log"));
+  }
+  ASSERT_NE(text.find(alone), text.npos) << text;
+  EXPECT_EQ(run_tactus("serve " + rig_ + " --plain --seconds 2").code, 0);
+  text = text_of(path("log"));
+  EXPECT_EQ(text.find(alone), text.rfind(alone)) << text;
+  EXPECT_NE(text.find(answers), text.npos) << text;
+}
+
+/// Frames of minutes: it ends in time, and a beat is not waited for.
+TEST_F(LiveCli, ASlowClientEndsInTime) {
+  const std::string film = text_of(rig_);
+  write("film/slow.yaml", std::regex_replace(film, std::regex("frames_per_s: .*"), "frames_per_s: 0.01"));
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(run_tactus("client cam0 " + path("film/slow.yaml") + " --plain --seconds 0.5").code, 0);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+}
+
 /// With keys a server may listen on every network. It says so, once.
 TEST_F(LiveCli, OneLineSaysThatEveryNetworkLeadsThere) {
   const auto served = [&](const std::string& address) {
@@ -193,6 +220,12 @@ TEST_F(LiveCli, KeysThatExistAreKept) {
   EXPECT_EQ(key_of("cam0"), first);
   EXPECT_EQ(key_of("server"), server);
   EXPECT_NE(key_of("cam1"), second) << "it was taken away";
+  // A link to itself is there, and is no key.
+  std::filesystem::remove(path("film/keys/tof.key"));
+  std::filesystem::create_symlink("tof.key", path("film/keys/tof.key"));
+  const Outcome loop = run_tactus("keys " + rig_);
+  EXPECT_EQ(loop.code, 1);
+  EXPECT_NE(loop.text.find("'tactus keys RIG' makes keys"), std::string::npos) << loop.text;
 }
 
 TEST_F(LiveCli, WhatIsWrongHasOneMessage) {

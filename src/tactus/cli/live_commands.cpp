@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
 #include <thread>
 
 #include "tactus/base/error.h"
@@ -67,10 +69,10 @@ void make_keys(const LiveFlags& flags) {
   const std::string& folder = file.live.keys_folder;
   std::error_code error;
   fs::create_directories(folder, error);
-  if (!fs::is_directory(folder)) throw Error("can't make the folder '" + folder + "'");
+  if (!fs::is_directory(folder, error)) throw Error("can't make the folder '" + folder + "'");
   ::chmod(folder.c_str(), 0700);
   // Existing keys stay: a camera that is added later gets its key, and the others keep theirs.
-  const auto known = [](const std::string& path) { return fs::exists(path); };
+  const auto known = [&](const std::string& path) { return fs::exists(fs::symlink_status(path, error)); };
   const std::string server_path = live_key_path(folder, kServerName);
   if (!known(server_path)) write_live_key(server_path, make_live_key(kServerName, ""));
   const LiveKey server = read_live_key(server_path);
@@ -100,15 +102,47 @@ double system_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 /// The next, or the newest where the system wakes us later than that. A film's camera was not late then: its
-/// images are of the beat.
-Beat wait_for_beat(double fps) {
+/// images are of the beat. None when the client ends before.
+std::optional<Beat> wait_for_beat(double fps, double end_s) {
+  constexpr double kMostSleep_s = 0.2;  // between beats of minutes, an interruption is noticed
+  const auto next = static_cast<std::int64_t>(system_s() * fps) + 1;
+  const double at_s = static_cast<double>(next) / fps;
   double now = system_s();
-  const auto next = static_cast<std::int64_t>(now * fps) + 1;
-  std::this_thread::sleep_for(std::chrono::duration<double>(static_cast<double>(next) / fps - now));
-  now = system_s();
+  for (; now < at_s; now = system_s()) {
+    if (interrupted() || now_s() >= end_s) return {};
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(at_s - now, kMostSleep_s)));
+  }
   const std::int64_t number = std::max(next, static_cast<std::int64_t>(now * fps));
-  return {number, now_s() - std::max(now - static_cast<double>(number) / fps, 0.0)};
+  return Beat{number, now_s() - std::max(now - static_cast<double>(number) / fps, 0.0)};
 }
+
+/// Says once when images are there and nobody takes or refuses them, and once when that is over.
+class Hearing {
+ public:
+  void watch(const RigClient::Status& status, const std::string& address) {
+    const std::int64_t answers = std::accumulate(status.refused.begin(), status.refused.end(), status.taken);
+    const std::int64_t images = status.sent + status.replaced;
+    const double now = now_s();
+    if (answers != answers_ || images_ == 0) {
+      if (is_alone_) log_info(address + " answers");
+      is_alone_ = false;
+      answers_ = answers;
+      images_ = images;
+      since_s_ = now;
+    } else if (!is_alone_ && images > images_ + 1 && now - since_s_ > kPatience_s) {
+      is_alone_ = true;
+      log_warning(
+          "nobody answers at " + address +
+          ": is 'tactus run' or 'tactus serve' there, with the same keys? This client goes on trying");
+    }
+  }
+
+ private:
+  static constexpr double kPatience_s = 3;
+  std::int64_t answers_ = 0, images_ = 0;
+  double since_s_ = 0;
+  bool is_alone_ = false;
+};
 
 /// Reports refusals once a reason.
 void report_refusals(const RigClient::Status& status, RefusalCounts& reported) {
@@ -130,6 +164,7 @@ void run_client(const LiveFlags& flags) {
   log_info("camera '" + s.camera.name + "' sends to " + s.address);
   const LiveSettings& live = s.file.live;
   RefusalCounts reported{};
+  Hearing hearing;
   CameraImages images;
   std::string trouble;
   const double end_s = flags.seconds > 0 ? now_s() + flags.seconds : HUGE_VAL;
@@ -142,9 +177,10 @@ void run_client(const LiveFlags& flags) {
       number = *trigger;
       captured_s = now_s();
     } else if (!camera->has_own_pace()) {
-      const Beat beat = wait_for_beat(live.fps);
-      number = beat.number;
-      captured_s = beat.at_s;
+      const std::optional<Beat> beat = wait_for_beat(live.fps, end_s);
+      if (!beat) break;
+      number = beat->number;
+      captured_s = beat->at_s;
     }
     const std::string why = camera->grab(number, images);
     number = camera->number().value_or(number);
@@ -156,6 +192,7 @@ void run_client(const LiveFlags& flags) {
     if (why != trouble && !why.empty()) log_warning(why);
     trouble = why;
     report_refusals(client.status(), reported);
+    hearing.watch(client.status(), s.address);
   }
   const RigClient::Status status = client.status();
   std::printf("camera '%s': %lld packets sent, %lld taken, %lld replaced by newer ones\n",

@@ -62,7 +62,8 @@ void finish_run(const RunOptions& options, const Scene& scene, const FrameSource
   if (!options.checkpoint_path.empty())
     write_checkpoint(options.checkpoint_path, options.scene_path, loop.progress(), simulation);
   if (loop.frames() == 0 && !interrupted())
-    throw Error("scene '" + scene.name + "': its source gave no usable frame: " + source.status());
+    throw Error("scene '" + scene.name + "': its source gave no usable frame: " +
+                (source.status().empty() ? "no camera sent images" : source.status()));
   if (interrupted())
     log_info("interrupted: writing the results of " + std::to_string(loop.frames()) + " frames");
   if (!source.damage().empty()) set_exit_code(kExitDamaged);

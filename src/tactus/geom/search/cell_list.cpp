@@ -9,7 +9,7 @@ CellGrid checked_grid(Index max_particles, float cell_m, int bits_per_axis) {
   if (max_particles <= 0)
     throw Error("cell list: max_particles is " + std::to_string(max_particles) + ", must be > 0");
   if (!(cell_m > 0 && cell_m < 1e6F))
-    throw Error("cell list: cell_m is " + std::to_string(cell_m) + ", must be > 0");
+    throw Error("cell list: cell_m is " + std::to_string(cell_m) + ", must be > 0 and < 1e6");
   if (bits_per_axis < 2 || bits_per_axis > 8)
     throw Error("cell list: bits_per_axis is " + std::to_string(bits_per_axis) + ", must be 2..8");
   return {1.F / cell_m, bits_per_axis};
