@@ -132,6 +132,13 @@ class Stranger {
   Stranger(const Stranger&) = delete;
   Stranger& operator=(const Stranger&) = delete;
   void send(const std::string& bytes) { zmq_send(socket_, bytes.data(), bytes.size(), ZMQ_DONTWAIT); }
+  /// How many messages came since the last call.
+  int take_all() {
+    int count = 0;
+    for (std::array<char, 8> start{}; zmq_recv(socket_, start.data(), start.size(), ZMQ_DONTWAIT) >= 0;)
+      ++count;
+    return count;
+  }
 
  private:
   void *context_, *socket_;
@@ -371,6 +378,23 @@ TEST_F(Live, TellsHowItGoesToTheStatusKeyAlone) {
   ASSERT_TRUE(text);
   EXPECT_NE(text->find("\"name\":\"cam2\""), std::string::npos) << *text;
   EXPECT_FALSE(ask_live_status(server_->address(), client_keys_[0], 0.3));
+}
+
+/// Questions as fast as they go: 100 a second are answered, and 150 at once.
+TEST_F(Live, QuestionsHaveARate) {
+  start();
+  Stranger asks(server_->address(), status_key_);
+  const std::string question = live_message_bytes({LiveMessage::kAsk, 0, 0, {}});
+  int answers = 0;
+  const double begin_s = now_s();
+  while (now_s() < begin_s + 2) {
+    for (int k = 0; k < 10; ++k) asks.send(question);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    answers += asks.take_all();
+  }
+  EXPECT_GT(answers, 20);
+  EXPECT_LE(answers, 150 + 100 * (now_s() - begin_s));
+  expect_whole_sets();
 }
 
 TEST_F(Live, PlainIsForThisComputerAlone) {

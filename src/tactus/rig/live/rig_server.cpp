@@ -26,6 +26,8 @@ namespace {
 constexpr std::int64_t kMostOverLimit = 2;
 /// Messages a second that are read without a pause: of strangers, and of each camera a frame.
 constexpr double kStrangers_1_s = 2000, kPerFrame = 8;
+/// Questions for the status that are answered, a second.
+constexpr double kMostAsked_1_s = 100;
 constexpr std::chrono::milliseconds kFloodPause{2};
 /// Packets of another client: a client that was started anew sends fewer before its predecessor counts as
 /// silent.
@@ -123,6 +125,7 @@ struct RigServer::Impl {
   Timings timings;
   PacketCoder coder;
   RateLimit intake;  ///< of messages of all connections
+  RateLimit asked{kMostAsked_1_s};
   bool is_flooded = false, has_more = false;
   CameraImages tried;  ///< of a camera that isn't waited for
   std::string failure;
@@ -242,7 +245,7 @@ void RigServer::Impl::greet(const std::string& identity, const std::string& user
                             const LiveMessage& message) {
   const std::unique_lock lock(mutex);
   if (message.kind == LiveMessage::kAsk && (is_plain || user == kStatusName)) {
-    answer(identity, live_status_json(status()));
+    if (asked.take(1, now_s())) answer(identity, live_status_json(status()));
     return;
   }
   CameraGate* of = find(is_plain ? message.camera : user);

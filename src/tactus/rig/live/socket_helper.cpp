@@ -8,6 +8,7 @@
 #include "tactus/base/byte_io.h"
 #include "tactus/base/error.h"
 #include "tactus/base/timing.h"
+#include "tactus/rig/live/connection_watch.h"
 #include "tactus/rig/live/live_gate.h"
 #include "tactus/rig/live/socket_process.h"
 #include "tactus/rig/live/zmq_io.h"
@@ -20,6 +21,9 @@ constexpr int kHandshake_ms = 2000, kMostWaitingConnections = 64;
 /// Packets of one camera that wait in ZeroMQ: more stay in its own mailbox, where the newest replaces them.
 constexpr int kWaitingPackets = 4, kWaitingReceipts = 64;
 constexpr double kBeat_s = 0.25;
+/// Looks at the memory, and what it may hold beside the messages that the server lets wait.
+constexpr double kLook_s = 0.05;
+constexpr std::size_t kOwnMemory = std::size_t{256} << 20;
 constexpr long kMostSleep_ms = 50;
 /// Most bytes of a frame of the server: its list of keys, or its status as JSON.
 constexpr std::size_t kMostFromServer = 1 << 24;
@@ -27,7 +31,10 @@ constexpr std::size_t kMostFromServer = 1 << 24;
 class Sockets {
  public:
   Sockets(const SocketSettings& settings, SocketLink& link)
-      : link_(link), socket_(context_, ZMQ_ROUTER), credit_(settings.most_waiting) {
+      : link_(link),
+        socket_(context_, ZMQ_ROUTER),
+        credit_(settings.most_waiting),
+        watch_(kOwnMemory + settings.most_waiting * static_cast<std::size_t>(settings.most_bytes)) {
     if (!settings.is_plain) {
       gate_.emplace(context_, settings.clients);
       socket_.set(ZMQ_CURVE_SERVER, 1);
@@ -54,6 +61,10 @@ class Sockets {
       hand_down();
       link_.flush();
       hand_up();
+      if (now_s() - look_s_ > kLook_s) {
+        watch_.look();
+        look_s_ = now_s();
+      }
       beat();
     }
     ::_exit(0);
@@ -99,7 +110,8 @@ class Sockets {
   std::optional<LiveGate> gate_;
   ZmqSocket socket_;
   std::uint64_t credit_;
-  double beat_s_ = 0;
+  ConnectionWatch watch_;
+  double beat_s_ = 0, look_s_ = 0;
 };
 
 void be_helper() {
