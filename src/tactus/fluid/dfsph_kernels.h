@@ -73,28 +73,28 @@ struct TakeMotion {
   }
 };
 
-/// Density, D, and kappa_v of the velocities of the last step. Where liquid is thin, in spray, nothing
-/// presses it.
+/// Density, D, kappa_v of the velocities of the last step, and the largest speed relative to a neighbour or a
+/// wall in reach. Where liquid is thin, in spray, nothing presses it.
 struct DfsphDensity {
   static constexpr int kAtOnce = 4;
   static constexpr float kThinnest = 0.9F;  ///< over the density at rest
   template <int kLanes>
   struct Own {
     float vx[kLanes], vy[kLanes], vz[kLanes];
-    float sum[kLanes], x[kLanes], y[kLanes], z[kLanes], square[kLanes], rate[kLanes];
+    float sum[kLanes], x[kLanes], y[kLanes], z[kLanes], square[kLanes], rate[kLanes], apart2[kLanes];
   };
   LiquidConstants liquid;
   StepTime time;
   NearWalls walls;
   View<const LiquidMotion> motion;
-  View<float> density_kg_m3, alpha, kappa_v;
+  View<float> density_kg_m3, alpha, kappa_v, relative_m_s;
 
   TACTUS_HD void load() { time.load(); }
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
     const Vec3f v = motion[i].v_m_s;
     own.vx[t] = v.x, own.vy[t] = v.y, own.vz[t] = v.z;
-    own.sum[t] = own.x[t] = own.y[t] = own.z[t] = own.square[t] = own.rate[t] = 0;
+    own.sum[t] = own.x[t] = own.y[t] = own.z[t] = own.square[t] = own.rate[t] = own.apart2[t] = 0;
   }
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
@@ -108,6 +108,7 @@ struct DfsphDensity {
     own.z[t] = fma(slope, d.z, own.z[t]);
     own.square[t] = fma(slope * slope, r2_m2, own.square[t]);
     own.rate[t] = fma(slope, fma(x, d.x, fma(y, d.y, z * d.z)), own.rate[t]);
+    own.apart2[t] = max(own.apart2[t], near ? fma(x, x, fma(y, y, z * z)) : 0.F);
   }
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
@@ -115,7 +116,7 @@ struct DfsphDensity {
     const Vec3f v{own.vx[t], own.vy[t], own.vz[t]};
     float rho = m * liquid.kernel.scale_1_m3() * own.sum[t];
     Vec3f gradient = scale * Vec3f{own.x[t], own.y[t], own.z[t]};
-    float D = sqr(scale) * own.square[t];
+    float D = sqr(scale) * own.square[t], apart2 = own.apart2[t];
     if (const Index n = walls.count[i]; n > 0) {
       rho += rho0 * WallFill::of(walls, i, liquid);
       TACTUS_ROLLED
@@ -124,6 +125,8 @@ struct DfsphDensity {
         const float f = rho0 * wall.slope_1_m;
         gradient -= f * wall.n;
         D += sqr(f) * m * wall.inverse_mass_1_kg;
+        const Vec3f apart = v - wall.velocity_m_s;
+        apart2 = max(apart2, dot(apart, apart));
       }
     }
     D += dot(gradient, gradient);
@@ -132,6 +135,7 @@ struct DfsphDensity {
     const bool presses = rho > kThinnest * rho0 && time.dt_s > 0.F && !time.settles();
     density_kg_m3[i] = rho;
     alpha[i] = inverse;
+    relative_m_s[i] = tactus::sqrt(apart2);
     kappa_v[i] = presses ? max(0.F, kJacobiRelaxation * rate * inverse) : 0.F;
   }
 };
@@ -268,9 +272,12 @@ struct DfsphVelocity {
 /// One Jacobi step of all k.
 struct DfsphPressure {
   static constexpr float kMomentum = 0.5F;
-  /// Density over that at rest that a step may undo: liquid that is squeezed more, in a cut that shuts, must
-  /// not be shot out of it.
-  static constexpr float kMostMended = 1.1F;
+  /// The relative density error that a step may undo: liquid that is squeezed more, in a cut that shuts, must
+  /// not be shot out of it. An error e that is undone in dt gives neighbours the speed e d / (3 dt). So e may
+  /// grow with dt: the speed is that of 0.1 in the shortest step, 0.4 d / v_max.
+  TACTUS_HD static float most_mended(const LiquidConstants& liquid, float dt_s) {
+    return max(0.1F, 0.25F * liquid.max_speed_m_s * dt_s / liquid.spacing_m);
+  }
   /// The k that a constant `excess` adds in so many iterations, where neighbours' k change alike: over D^-1
   /// excess / dt.
   static float share(int iterations) {
@@ -316,7 +323,8 @@ struct DfsphPressure {
     const float push = v_star[i].push, rate = liquid.mass_kg * liquid.kernel.slope_scale_1_m5() * own.sum[t] +
                                               wall_rate(liquid, walls, i, v, kappa_v[i] + push);
     const float rho0 = liquid.density_kg_m3,
-                excess = min(density_kg_m3[i], kMostMended * rho0) - rho0 + time.dt_s * rate;
+                excess = min(density_kg_m3[i], (1.F + most_mended(liquid, time.dt_s)) * rho0) - rho0 +
+                         time.dt_s * rate;
     const float k = max(0.F, push + kJacobiRelaxation * excess * alpha[i] / time.dt_s);
     v_star[i].push = is_last ? k : max(0.F, k + kMomentum * (k - found[i]));
     found[i] = k;

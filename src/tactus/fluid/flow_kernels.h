@@ -18,9 +18,15 @@ struct LiquidReport {
   Index fast = 0;  ///< faster than max_speed_m_s now
   float fastest_m_s = 0;
   float densest = 0;  ///< largest density over that at rest
-  /// Of those that have neighbours or a wall, and of these walls. A particle in free flight may go farther.
-  float fastest_near_m_s = 0;
+  /// dfsph: the sum of (u / max_speed)^4 in kQuarticUnits, where u is a particle's largest speed relative to
+  /// a neighbour or a wall in reach.
+  std::uint64_t quartic = 0;
+  static constexpr float kQuarticUnits = 4294967296.F, kMostOverSpeed = 2;
   Vec3f low_m{1e30F, 1e30F, 1e30F}, high_m{-1e30F, -1e30F, -1e30F};  ///< box round all
+  /// At most kMostOverSpeed^4, so that 10^8 particles have a sum.
+  TACTUS_HD static std::uint64_t quartic_of(float u) {
+    return static_cast<std::uint64_t>(sqr(sqr(min(u, kMostOverSpeed))) * kQuarticUnits);
+  }
   /// Adds the report of another part of the liquid. The order of sums of integers and maxima doesn't matter.
   TACTUS_HD void add(const LiquidReport& part) {
     borne += part.borne;
@@ -34,7 +40,7 @@ struct LiquidReport {
     fast += part.fast;
     fastest_m_s = max(fastest_m_s, part.fastest_m_s);
     densest = max(densest, part.densest);
-    fastest_near_m_s = max(fastest_near_m_s, part.fastest_near_m_s);
+    quartic += part.quartic;
     low_m = min(low_m, part.low_m);
     high_m = max(high_m, part.high_m);
   }
@@ -188,13 +194,9 @@ struct SumWalls {
 struct ReportLiquid {
   static constexpr int kThreads = 256;
   static constexpr Index kReports = 32;
-  /// Density over that at rest that a particle has alone is W(0) d^3 = 1 / pi = 0.318; one neighbour at 1.3 d
-  /// adds 0.027.
-  static constexpr float kAlone = 0.345F;
   View<const Index> count;
   View<const Vec3f> x_m, v_m_s;
-  View<const float> density_kg_m3, push;
-  NearWalls walls;  ///< of the last step
+  View<const float> density_kg_m3, push, relative_m_s;  ///< of the last step
   View<const LiquidCounters> counters;
   View<const EmitterState> emitters;
   float max_speed_m_s, inverse_density, spacing_m;
@@ -216,7 +218,7 @@ struct ReportLiquid {
         r.borne += borne(i);
         r.excess += static_cast<std::uint64_t>(clamp(density_kg_m3[i] * inverse_density - 1.F, 0.F, 1.F) *
                                                LiquidReport::kExcessUnits);
-        r.fastest_near_m_s = max(r.fastest_near_m_s, speed_near(i, speed));
+        r.quartic += LiquidReport::quartic_of(relative_m_s[i] / max_speed_m_s);
         r.low_m = min(r.low_m, x_m[i]);
         r.high_m = max(r.high_m, x_m[i]);
       }
@@ -234,14 +236,6 @@ struct ReportLiquid {
   TACTUS_HD std::uint64_t borne(Index i) const {
     const float a_m_s2 = push[i] * sqr(density_kg_m3[i]) * inverse_density / spacing_m;
     return static_cast<std::uint64_t>(clamp(a_m_s2, 0.F, 1e6F) * LiquidReport::kBorneUnits);
-  }
-  TACTUS_HD float speed_near(Index i, float speed) const {
-    const float density = density_kg_m3[i] * inverse_density;
-    if (!(density > 0.F)) return speed;  // no step knows its neighbours
-    const Index n = walls.count[i];
-    float fastest = density > kAlone || n > 0 ? speed : 0.F;
-    for (Index k = 0; k < n; ++k) fastest = max(fastest, length(walls.at(i, k).velocity_m_s));
-    return fastest;
   }
   TACTUS_HD void add_ledger(LiquidReport& r) const {
     r.placed = counters[0].placed;

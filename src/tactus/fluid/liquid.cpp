@@ -252,11 +252,11 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
                      TakeMotion{time_of(part), part.search.cells().order, part.v_m_s.const_view(),
                                 part.push.const_view(), part.motion.view(), part.found.view()});
     if (is_timed(time)) part.timed_begin.take(ctx);
-    part.search.visit_listing(
-        ctx, "fluid/density",
-        DfsphDensity{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
-                     part.density_kg_m3.view(), part.alpha.view(), part.kappa_v.view()},
-        part.near_lists());
+    part.search.visit_listing(ctx, "fluid/density",
+                              DfsphDensity{constants_, time_of(part), part.near_walls(),
+                                           part.motion.const_view(), part.density_kg_m3.view(),
+                                           part.alpha.view(), part.kappa_v.view(), part.relative_m_s.view()},
+                              part.near_lists());
     if (is_timed(time)) part.timed_end.take(ctx);
   });
   split_.update("fluid/copy kappa_v", &LiquidPart::kappa_v);
@@ -324,8 +324,8 @@ void Liquid::end_frame() {
                      SumWalls{part.wall_sums.view(), part.wall_totals.view()});
     ctx.parallel_for("fluid/report", ReportLiquid::kReports,
                      ReportLiquid{part.count.const_view(), part.x_m.const_view(), part.v_m_s.const_view(),
-                                  part.density_kg_m3.const_view(), part.push.const_view(), part.near_walls(),
-                                  part.counters.const_view(),
+                                  part.density_kg_m3.const_view(), part.push.const_view(),
+                                  part.relative_m_s.const_view(), part.counters.const_view(),
                                   part.number == 0 ? emitters_.const_view() : View<const EmitterState>{},
                                   settings_.max_speed_m_s, 1.F / settings_.density_kg_m3, settings_.spacing_m,
                                   part.reports.view()});

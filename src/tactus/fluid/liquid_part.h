@@ -35,6 +35,7 @@ struct LiquidPart {
   Buffer<Vec3f> x_m, v_m_s;
   Buffer<float> density_kg_m3, push;    ///< push: p / rho^2 of the last step; dfsph
   Buffer<float> alpha, found, kappa_v;  ///< dfsph
+  Buffer<float> relative_m_s;           ///< dfsph: speed relative to neighbours and walls, in the last step
   Buffer<float> shear_m2_s;             ///< viscosity, of a liquid that thins
   Buffer<LiquidMotion> motion, v_star, moved;
   Buffer<LiquidNormal> surface, smooth;  ///< with surface tension

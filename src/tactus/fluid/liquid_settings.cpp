@@ -34,6 +34,7 @@ LiquidConstants constants_of(const LiquidSettings& s) {
           .mass_kg = s.density_kg_m3 * d * d * d,
           .density_kg_m3 = s.density_kg_m3,
           .tait_Pa = s.density_kg_m3 * sound * sound / 7,
+          .max_speed_m_s = speed_m_s,
           .sound_m_s = sound,
           .shear_m2_s = (s.carreau ? s.carreau->zero_shear_Pa_s : s.viscosity_Pa_s) / s.density_kg_m3,
           .damping_m2_s = s.artificial_viscosity * damped_m_s * d,

@@ -19,12 +19,13 @@ struct LiquidConstants {
   float spacing_m = 0;  ///< d
   float mass_kg = 0;    ///< rho0 d^3
   float density_kg_m3 = 0;
-  float tait_Pa = 0;       ///< rho0 c^2 / 7
-  float sound_m_s = 0;     ///< c
-  float shear_m2_s = 0;    ///< kinematic viscosity; the largest, where it depends on the shear rate
-  float damping_m2_s = 0;  ///< alpha c d of the artificial viscosity
-  float closest_m = 0;     ///< no particle's middle is nearer to a wall
-  float tension_N_m = 0;   ///< sigma
+  float tait_Pa = 0;        ///< rho0 c^2 / 7
+  float max_speed_m_s = 0;  ///< or that of the surface's shortest waves
+  float sound_m_s = 0;      ///< c
+  float shear_m2_s = 0;     ///< kinematic viscosity; the largest, where it depends on the shear rate
+  float damping_m2_s = 0;   ///< alpha c d of the artificial viscosity
+  float closest_m = 0;      ///< no particle's middle is nearer to a wall
+  float tension_N_m = 0;    ///< sigma
   float contact_cos = 0, contact_sin = 1;
   CarreauLaw thinning;  ///< where viscosity depends on the shear rate
 };

@@ -204,7 +204,7 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
   liquid_.place(particles);
   for (const LiquidParticle& p : particles) {
     LiquidReport one{.here = 1, .fastest_m_s = length(p.v_m_s), .low_m = p.x_m, .high_m = p.x_m};
-    one.fastest_near_m_s = one.fastest_m_s;
+    one.quartic = LiquidReport::quartic_of(one.fastest_m_s / liquid_.settings().max_speed_m_s);
     last_.add(one);
   }
   // As if all stood one on the other, at rest.
