@@ -86,10 +86,10 @@ TEST_F(RecordingCli, ADamagedOneIsNamedAndEndsWithItsOwnCode) {
   EXPECT_GE(before, 2);
   EXPECT_LE(before, 6);
   // Other verbs that replay it say so, too.
-  for (const std::string& verb :
-       {"reconstruct --devices cpu --resolution 32 --json " + path("r.json") + " --source recording " +
-            path("bad.rec"),
-        "masks --out " + path("masks") + " --source recording " + path("bad.rec")}) {
+  for (const std::string& verb : {"reconstruct --devices cpu --resolution 32 --json " + path("r.json") +
+                                      " --source recording " + path("bad.rec"),
+                                  "masks --out " + path("masks") + " --source recording " + path("bad.rec"),
+                                  "doctor " + path("bad.rec")}) {
     const Outcome o = run_tactus(verb);
     EXPECT_EQ(o.code, 6) << verb << o.text;
     EXPECT_NE(o.text.find("at byte "), std::string::npos) << verb << o.text;

@@ -5,7 +5,9 @@
 
 #include <cmath>
 #include <random>
+#include <regex>
 
+#include "tactus/base/read_file.h"
 #include "tactus/geom/camera/camera.h"
 #include "tactus/rig/wire/photo_coder.h"
 
@@ -161,6 +163,18 @@ TEST(Packet, ChangedPayloadsDoNoHarm) {
     ASSERT_EQ(back.mask.words.size(), images.mask.words.size());
     for (Index y = 0; y < kSize.y; ++y)
       ASSERT_EQ(back.mask.words[static_cast<std::size_t>(y * 3 + 2)] >> 6, 0U);
+  }
+}
+
+/// docs/wire.md has the number of each reason, and when it is given.
+TEST(Packet, ReasonsAreOnThePage) {
+  const std::string page = read_file(TACTUS_SOURCE_DIR "/docs/wire.md", 1 << 20);
+  const std::string table = page.substr(page.find("## What is refused"));
+  for (int k = 1; k < static_cast<int>(Refusal::count); ++k) {
+    const std::string text = std::string("`") + refusal_text(static_cast<Refusal>(k)) + "`";
+    const std::regex numbered("[ \n]" + std::to_string(k) + "[ \n]" + text);
+    EXPECT_TRUE(std::regex_search(page, numbered)) << k << ' ' << text;
+    EXPECT_NE(table.find(text), std::string::npos) << text;
   }
 }
 
