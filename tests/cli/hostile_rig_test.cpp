@@ -152,7 +152,8 @@ TEST_F(HostileRig, ManyCubesSayHowFarTheyAre) {
         "contact: false, fixed: [{kind: half_space, point_m: [0, 1, 0], normal: [0, -1, 0]}]}\n");
   const Outcome o = run_tactus("run " + path("s.yaml") + " --frames 1 --view none --devices cpu");
   for (const char* part :
-       {"cubes in its box: finding those inside", "making nodes, regions and tables", "cubes: made"})
+       {"cubes in its box: finding those inside", "painting, fixing and loading",
+        "making tables of their elements", "finding their surface's points", "cubes: made"})
     EXPECT_NE(o.text.find(part), std::string::npos) << part << " in " << o.text;
 }
 

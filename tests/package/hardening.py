@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """What a program file says of how it was built, and of what.
 
-usage: hardening.py PROGRAM [--sbom make_sbom.py] [--commands compile_commands.json]
+usage: hardening.py PROGRAM [--sbom make_sbom.py] [--commands compile_commands.json] [--project FOLDER]
 
 Full RELRO: a segment GNU_RELRO, and all symbols bound before main() (BIND_NOW). Stack protectors and _FORTIFY_SOURCE leave calls of the
 C library's checks; stack clash protection leaves probes ("or $0x0,(%rsp)") in functions with large frames. Position independent, no
-executable stack. --commands: every source of src/tactus is compiled with these checks.
+executable stack. --commands: every source of src/tactus is compiled with these checks. --project: actions of workflows are named by the hash of their
+commit, and SECURITY.md says where to report.
 """
 import json
 import pathlib
@@ -53,6 +54,13 @@ def main() -> int:
         for flag in ("-fstack-protector-strong", "-fstack-clash-protection", "-D_FORTIFY_SOURCE=3", "-ffile-prefix-map="):
             without = sorted({pathlib.Path(c["file"]).name for c in commands if flag not in c["command"]})
             expect(len(commands) > 100 and not without, f"{flag}: {len(commands)} sources" + (f", but not {without[:5]}" if without else ""))
+    if "--project" in sys.argv:
+        project = pathlib.Path(sys.argv[sys.argv.index("--project") + 1])
+        uses = [u for w in (project / ".github" / "workflows").glob("*.yml") for u in re.findall(r"uses:\s*(\S+)", w.read_text())]
+        loose = [u for u in uses if not u.startswith("./") and not re.search(r"@[0-9a-f]{40}$", u)]
+        expect(len(uses) > 0 and not loose, f"{len(uses)} actions by hash" + (f", but not {loose}" if loose else ""))
+        security = (project / "SECURITY.md").read_text()
+        expect("report" in security.lower(), "SECURITY.md")
     return 1 if wrong else 0
 
 

@@ -317,7 +317,7 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
                       " cubes in its box: finding those inside");
     shape.lattice = lattice_from_mesh(shape.surface_m, options);
     report_many_cubes(body, static_cast<double>(shape.lattice.cube_count()),
-                      " cubes: making nodes, regions and tables of them");
+                      " cubes: painting, fixing and loading their nodes");
     if (body.shape.fill == MeshFill::closed) check_spacing(body, shape);
     const RegionFinder finder(body, assets, shape.lattice,
                               [&](const LabelVolume& volume) { return solid_labels(body.shape, volume); });

@@ -72,6 +72,8 @@ BodySolver make_tissue(DeviceSet& devices, const BodyDescription& body, const Bo
       on_first_device ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
   // Where bodies touch bodies, that contact changes nodes once more.
   const int changes = !body.contact ? 0 : on_first_device ? 2 : 1;
+  report_many_cubes(body, static_cast<double>(shape.lattice.cube_count()),
+                    " cubes: making tables of their elements");
   try {
     return BodySolver(
         devices,
@@ -114,6 +116,8 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
   if (body.cuttable) make_cuttable(devices.context(0));
+  report_many_cubes(body, static_cast<double>(shape_.lattice.cube_count()),
+                    " cubes: finding their surface's points");
   if (body.contact) make_points();
   report_many_cubes(body, static_cast<double>(shape_.lattice.cube_count()), " cubes: made");
 }
