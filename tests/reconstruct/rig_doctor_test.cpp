@@ -377,11 +377,12 @@ TEST(RigDoctor, ALateCameraIsNamedWithItsFrames) {
   EXPECT_EQ(d.late_by_ticks[3], 8);
 }
 
-/// Rigs drawn at random, calibrated to 0.3 px. TACTUS_HEALTHY_RIGS=200 tries as many; else 6, 24 with
-/// TACTUS_LONG_TESTS.
+/// Rigs drawn at random, calibrated to 0.3 px. TACTUS_HEALTHY_RIGS=200 tries as many; else the first 6 of 24
+/// and a ball's, whose focal lengths were called 22 % too long; all 24 with TACTUS_LONG_TESTS.
 TEST(RigDoctor, HealthyRigsRaiseNoAlarm) {
   const char* asked = std::getenv("TACTUS_HEALTHY_RIGS");
-  const int rigs = asked != nullptr ? std::atoi(asked) : long_tests() ? 24 : 6;
+  const int rigs = asked != nullptr ? std::atoi(asked) : 24;
+  const auto is_tried = [&](int i) { return asked != nullptr || long_tests() || i < 6 || i == 18; };
   std::mt19937 random(7);
   const auto between = [&](double low, double high) {
     return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
@@ -397,6 +398,7 @@ TEST(RigDoctor, HealthyRigsRaiseNoAlarm) {
     options.rig.low_m = between(0.1, 0.6);
     options.rig.high_m = between(0.8, 1.6);
     options.rig.focal_px = between(450, 600);
+    if (!is_tried(i)) continue;
     SyntheticSource source(options);
     FrameSet frame;
     source.next(frame);
@@ -414,7 +416,7 @@ TEST(RigDoctor, HealthyRigsRaiseNoAlarm) {
     EXPECT_EQ(d.verdict == Verdict::unsure, options.rig.camera_count < 6) << i << ": " << text(d);
     alarms += d.verdict == Verdict::faulty ? 1 : 0;
   }
-  std::printf("%d false alarms over %d healthy rigs\n", alarms, rigs);
+  std::printf("%d false alarms over the healthy of %d rigs that were tried\n", alarms, rigs);
 }
 
 }  // namespace
