@@ -220,6 +220,17 @@ TEST_F(LiveCli, KeysThatExistAreKept) {
   EXPECT_EQ(key_of("cam0"), first);
   EXPECT_EQ(key_of("server"), server);
   EXPECT_NE(key_of("cam1"), second) << "it was taken away";
+  // A camera that came after the keys is named.
+  const std::string list = path("film/keys/clients.keys");
+  std::string clients = text_of(list);
+  const std::size_t line = clients.find("cam2 ");
+  ASSERT_NE(line, std::string::npos) << clients;
+  clients.erase(line, clients.find('\n', line) + 1 - line);
+  std::ofstream(list) << clients;
+  const Outcome served = run_tactus("serve " + rig_ + " --seconds 0.2");
+  EXPECT_EQ(served.code, 0) << served.text;
+  EXPECT_NE(served.text.find("camera 'cam2' has no key in"), std::string::npos) << served.text;
+  EXPECT_EQ(served.text.find("camera 'cam1' has no key in"), std::string::npos) << served.text;
   // A link to itself is there, and is no key.
   std::filesystem::remove(path("film/keys/tof.key"));
   std::filesystem::create_symlink("tof.key", path("film/keys/tof.key"));

@@ -23,6 +23,18 @@ std::optional<RigServer::Keys> keys_of(const LiveSettings& settings, bool plain)
   return live_keys(settings);
 }
 
+/// A camera that was added to the rig file after its keys were made.
+void warn_of_cameras_without_keys(const std::vector<LiveCamera>& cameras, const RigServer::Keys& keys,
+                                  const std::string& list) {
+  for (const LiveCamera& camera : cameras) {
+    const bool has_key = std::any_of(keys.clients.begin(), keys.clients.end(),
+                                     [&](const LiveClient& c) { return c.name == camera.name; });
+    if (!has_key)
+      log_warning("camera '" + camera.name + "' has no key in '" + list +
+                  "', so its client is refused: 'tactus keys RIG' makes one");
+  }
+}
+
 }  // namespace
 
 std::vector<LiveCamera> live_cameras(const RigFile& file) {
@@ -50,7 +62,10 @@ RigServer::Keys live_keys(const LiveSettings& settings) {
 
 LiveSource::LiveSource(const std::string& rig_file, const LiveOptions& options)
     : file_(read_live_rig(rig_file)), options_(options) {
-  server_ = std::make_unique<RigServer>(live_cameras(file_), file_.live, keys_of(file_.live, options.plain));
+  const std::vector<LiveCamera> cameras = live_cameras(file_);
+  const std::optional<RigServer::Keys> keys = keys_of(file_.live, options.plain);
+  if (keys) warn_of_cameras_without_keys(cameras, *keys, live_clients_path(file_.live.keys_folder));
+  server_ = std::make_unique<RigServer>(cameras, file_.live, keys);
   log_info("cameras of '" + rig_file + "' are expected on " + server_->address() +
            (options.plain ? ", without keys" : ""));
   if (is_every_interface(file_.live.address))
