@@ -29,25 +29,33 @@ class Block {
   }
   /// Times of a cut, in ms.
   struct CutTimes {
-    std::vector<double> all, host, solver, surface;
+    std::vector<double> all, host, solver, surface, match;
   };
-  /// Through `layers` layers of cubes, in its middle. @returns cubes that fell apart
-  Index cut(Index layers, CutTimes& ms) {
+  /// Through `layers` layers of cubes, in its middle, or across that. @returns cubes that fell apart
+  Index cut(Index layers, bool across, CutTimes& ms) {
     const double begin_s = now_s();
     const float x = 0.013F, half_m = 0.5F * kSpacing_m * static_cast<float>(n_),
                 deep_m = kSpacing_m * (static_cast<float>(layers) + 0.5F) - half_m;
-    const cut::CutReport report = cutter_.cut(
-        {{{x * 0.1F, -1, -1}, {x * 0.1F, -1, 1}}, {{x * 0.1F, deep_m, -1}, {x * 0.1F, deep_m, 1}}, 0},
-        rest_m_, change_);
+    const auto edge = [&](float y) {
+      const auto end = [&](float z) { return across ? Vec3f{z, y, x * 0.1F} : Vec3f{x * 0.1F, y, z}; };
+      return std::vector<Vec3f>{end(-1), end(1)};
+    };
+    const cut::CutReport report = cutter_.cut({edge(-1), edge(deep_m), across ? 1 : 0}, rest_m_, change_);
     const double host_s = now_s();
     body_.apply(change_);
     const double solver_s = now_s();
     surface_.apply(devices_.context(0), change_);
+    const double surface_s = now_s();
+    while (cutter_.match_parts(change_)) {
+      body_.apply(change_);
+      surface_.apply(devices_.context(0), change_);
+    }
     const double end_s = now_s();
     ms.all.push_back((end_s - begin_s) * 1000);
     ms.host.push_back((host_s - begin_s) * 1000);
     ms.solver.push_back((solver_s - host_s) * 1000);
-    ms.surface.push_back((end_s - solver_s) * 1000);
+    ms.surface.push_back((surface_s - solver_s) * 1000);
+    ms.match.push_back((end_s - surface_s) * 1000);
     return report.cut_cubes;
   }
   void step(int count) {
@@ -84,17 +92,17 @@ nlohmann::json row(const DeviceSet& devices, const char* what, Index size, const
 }  // namespace
 
 /// The first cut of a body, all of it, and by stages: where edges are crossed, copies, walls and surface on
-/// the host, then what the solver's and the surface's devices are told. Then substeps with the copies, beside
-/// those of the body as it was.
+/// the host, then what the solver's and the surface's devices are told, then that each part has one closed
+/// surface. Then substeps with the copies, beside those of the body as it was.
 Rows run_cut(const std::string& device_text) {
   return collect([&](Rows& rows) {
     DeviceSet devices(device_text);
     constexpr Index kEdge = 20;
     constexpr int kSubsteps = 50;
     for (const Index layers : {Index{10}, kEdge}) {
-      Block::CutTimes ms;
+      Block::CutTimes ms, across_ms;
       std::vector<double> uncut_ms, cut_ms;
-      Index cubes = 0;
+      Index cubes = 0, cubes_across = 0;
       for (int k = 0; k < 9; ++k) {
         check_stop();
         Block block(devices, kEdge);
@@ -107,13 +115,17 @@ Rows run_cut(const std::string& device_text) {
           }
         };
         substeps(uncut_ms);
-        cubes = block.cut(layers, ms);
+        cubes = block.cut(layers, false, ms);
         substeps(cut_ms);
+        cubes_across = block.cut(layers, true, across_ms);
       }
       rows.push_back(row(devices, "cut", cubes, ms.all));
       rows.push_back(row(devices, "cut: host", cubes, ms.host));
       rows.push_back(row(devices, "cut: solver", cubes, ms.solver));
       rows.push_back(row(devices, "cut: surface", cubes, ms.surface));
+      rows.push_back(row(devices, "cut: match parts", cubes, ms.match));
+      rows.push_back(row(devices, "cut across", cubes_across, across_ms.all));
+      rows.push_back(row(devices, "cut across: match parts", cubes_across, across_ms.match));
       rows.push_back(row(devices, "substep uncut", 0, uncut_ms));
       rows.push_back(row(devices, "substep copies", 2 * cubes, cut_ms));
     }
