@@ -254,6 +254,9 @@ TEST(CutScene, SaysWhatItCanNotCut) {
   };
   const Played full = play(scene, "cpu");
   EXPECT_TRUE(has(full, "cut.full"));
+  // 8 x 8 x 4 cubes at least: 13 copies each.
+  EXPECT_NE(full.notices.at(0).remedy.find(" hold 50 straight strokes"), std::string::npos)
+      << full.notices[0].remedy;
   EXPECT_EQ(full.state.parts, 1);
   scene.bodies[0].cut_capacity = 400;
   MovedRegion grip;

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "stroke_body.h"
+#include "tactus/sim/body/body_cut.h"
 
 namespace tactus {
 namespace {
@@ -275,10 +276,14 @@ void cut_over_and_over(unsigned seed, double spacing_m, int strokes) {
     const std::string text = wrong.text() + check_pieces(body, planes, random);
     EXPECT_TRUE(text.empty()) << "seed " << seed << ", stroke " << k << ", " << frames << " frames" << text;
     if (std::getenv("CUT_TELL") != nullptr)
-      std::printf("seed %u stroke %d frames %d: parts %d, area %.4f of %.4f, filled %d%s\n", seed, k, frames,
-                  body.parts(), 1e4 * (body.area_m2() - before),
-                  1e4 * section_of(body.surface_m(), planes.back()).area_m2,
-                  int(body.cutter().surface().filled()), text.c_str());
+      std::printf(
+          "seed %u stroke %d frames %d: parts %d, area %.4f of %.4f, filled %d, copies %d of %d cubes, "
+          "vertices %d, triangles %d%s\n",
+          seed, k, frames, body.parts(), 1e4 * (body.area_m2() - before),
+          1e4 * section_of(body.surface_m(), planes.back()).area_m2, int(body.cutter().surface().filled()),
+          int(body.cutter().lattice().copies_in_use()),
+          int(body.cutter().lattice().lattice().regular_cubes()), int(body.cutter().surface().vertex_count()),
+          int(body.cutter().surface().triangle_count()), text.c_str());
   }
 }
 
@@ -296,6 +301,45 @@ TEST(IndependentCuts, StrokesThroughWhatWasCut) {
 TEST(IndependentCuts, StrokesThroughWhatWasCutOfAFineLattice) {
   const Seeds seeds(3);
   for (unsigned seed = seeds.first; seed < seeds.end; ++seed) cut_over_and_over(seed, 0.004, strokes_or(4));
+}
+
+/// Fifty straight strokes through all of a body have capacity in as many copies as the notice of a full body
+/// names.
+TEST(IndependentCuts, FiftyStrokesFitTheCapacityThatIsNamed) {
+  for (const double spacing_m : {0.01, 0.005})
+    for (unsigned seed = 0; seed < 3; ++seed) {
+      std::mt19937 random(seed);
+      const int strokes = is_long() || spacing_m > 0.005 ? 50 : 5;
+      const TriangleMesh surface =
+          test::surface_of(static_cast<Kind>(seed), 0.01F, {0.4F, -0.3F, 0.2F}, random);
+      const Index cubes =
+          lattice_from_mesh(surface, {.spacing_m = static_cast<float>(spacing_m)}).cube_count();
+      StrokeBody body(surface, spacing_m, copies_of_strokes(cubes, strokes));
+      for (int k = 0; k < strokes; ++k) {
+        const int frames = random() % 2 == 0 ? 1 : 2 + int(random() % 8);
+        body.cut(
+            body.way_through(plane_of(body, random() % 3 == 0, random)), frames,
+            [](Vec3d p_m, double) { return p_m; }, random);
+        ASSERT_FALSE(body.is_full()) << "seed " << seed << ", stroke " << k << ", " << cubes << " cubes";
+      }
+      if (std::getenv("CUT_TELL") != nullptr)
+        std::printf("%d cubes: %d copies\n", int(cubes), int(body.cutter().lattice().copies_in_use()));
+    }
+}
+
+/// The automatic capacity of 20 x 20 x 20 cubes, 2000 copies, holds a stroke through all and one across it.
+TEST(IndependentCuts, TwoStrokesThrough8000CubesFitTheAutomaticCapacity) {
+  std::mt19937 random(1);
+  StrokeBody body(box_surface({0.1F, 0.1F, 0.1F}, {40, 40, 40}), 0.01, 2000);
+  for (const int axis : {0, 2}) {
+    CutPlane plane;
+    plane.normal[axis] = plane.along[1] = 1;
+    plane.point[axis] = 0.0013;
+    body.cut(
+        body.way_through(plane), 1, [](Vec3d p_m, double) { return p_m; }, random);
+    EXPECT_FALSE(body.is_full()) << axis;
+  }
+  EXPECT_EQ(body.parts(), 4);
 }
 
 /// Incisions of random length and depth into one body. Its surface stays closed and its mass what it is,
@@ -321,6 +365,48 @@ TEST(IndependentCuts, ManyStrokesIntoOneBody) {
     EXPECT_NEAR(body.mass_kg(), mass_kg, 1e-6 * mass_kg);
     EXPECT_LT(length(body.momentum() - momentum), 1e-6 * length(momentum));
   }
+}
+
+/// A corner of a box that a blade severs is a part of its own, however little it holds. It weighs 1/64 of a
+/// cube at least, by what the part across the blade's wall has less. Its volume stays what it is. The blade's
+/// way and nodes are multiples of 2^-14 spacings, so its plane is up to sqrt(3) / 2 of that aside, and legs
+/// are sqrt(3) times that shorter: 9e-5 spacings of 0.229 or more, 1.2e-3 of the volume. 2e-3 is asked. All
+/// that is cut off is body, so larger corners weigh what they are.
+TEST(IndependentCuts, ASliverIsFilledUpFromThePartAcrossItsWall) {
+  for (int corner = 0; corner < 8; ++corner)
+    for (const int frames : {1, 7})
+      for (const double cubes : {0.002, 0.01, 0.02, 0.1}) {
+        std::mt19937 random(1);
+        StrokeBody body(test::surface_of(Kind::box, 0.01F, {}, random), 0.01);
+        const Vec3d side{(corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0,
+                         (corner & 4) != 0 ? 1.0 : -1.0};
+        // A plane that leaves legs of s on the edges cuts s^3 / 6 off.
+        const double leg_m = body.spacing() * std::cbrt(6 * cubes);
+        CutPlane plane;
+        plane.normal = (1 / std::sqrt(3.0)) * side;
+        plane.point = Vec3d{0.04 * side.x, 0.03 * side.y, 0.035 * side.z} - leg_m * Vec3d{side.x, 0, 0};
+        plane.along = normalized(Vec3d{side.x, -side.y, 0});
+        const double mass_kg = body.mass_kg(), cube_kg = mass_kg / 336;
+        const Vec3d momentum = body.momentum();
+        body.cut(
+            body.way_through(plane), frames, [](Vec3d p_m, double) { return p_m; }, random);
+        const std::string where =
+            std::to_string(corner) + ", " + std::to_string(frames) + ", " + std::to_string(cubes);
+        Wrong wrong;
+        wrong.check_body(body, mass_kg, momentum);
+        EXPECT_EQ(wrong.text(), "") << where;
+        EXPECT_EQ(body.parts(), 2) << where;
+        EXPECT_EQ(body.slivers(), cubes < 1.0 / 64 ? 1 : 0) << where;
+        EXPECT_NEAR(body.volumes_m3().front() / std::pow(body.spacing(), 3), cubes, 2e-3 * cubes) << where;
+        const double least_kg = body.lightest_part_kg();
+        if (cubes < 1.0 / 64)
+          EXPECT_NEAR(least_kg, cube_kg / 64, 1e-6 * cube_kg) << where;
+        else
+          EXPECT_NEAR(least_kg, cubes * cube_kg, 2e-3 * cubes * cube_kg) << where;
+        if (std::getenv("CUT_TELL") != nullptr)
+          std::printf("%s: %.6f cubes, weighs %.6f\n", where.c_str(),
+                      body.volumes_m3().front() / std::pow(body.spacing(), 3), least_kg / cube_kg);
+      }
 }
 
 /// A blade in a face of a box that lies on a plane of the lattice parts nothing, whichever way it goes.

@@ -10,6 +10,7 @@
 #include "tactus/geom/figures/figures.h"
 #include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/geom/mesh/box_surface.h"
+#include "tactus/sim/body/body_cut.h"
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/embedded_surface.h"
 #include "tactus/tissue/surface_nets.h"
@@ -75,7 +76,8 @@ class StrokeBody {
         lattice_(cut_lattice(lattice_from_mesh(surface_m, {.spacing_m = static_cast<float>(spacing_m)}),
                              [](Vec3i, int) { return false; }, {.copies = copies, .nodes = 2 * copies})),
         cutter_(lattice_, {}, surface_m_, anchor_vertices(lattice_, surface_m_),
-                {100 * copies, 200 * copies}),
+                {surface_capacity(lattice_, surface_m_).vertices,
+                 surface_capacity(lattice_, surface_m_).triangles}),
         rest_m_(lattice_.rest_positions_m()),
         volume_m3_(tactus::volume_m3(surface_m_)) {
     velocity_m_s_.resize(rest_m_.size());
@@ -168,6 +170,16 @@ class StrokeBody {
   Index cut_cubes() const { return cut_cubes_; }
   Index slivers() const { return slivers_; }
   double mass_kg() const { return cutter_.lattice().lattice().mass_kg(); }
+  double lightest_part_kg() const {
+    const std::vector<Index> part_of_node = cutter_.lattice().part_of_nodes();
+    std::map<Index, double> mass_kg;
+    for (std::size_t i = 0; i < part_of_node.size(); ++i)
+      if (const float m = cutter_.lattice().lattice().node_mass_kg[i]; m > 0)
+        mass_kg[part_of_node[i]] += double{m};
+    double least = cutter_.lattice().lattice().mass_kg();
+    for (const auto& [part, of] : mass_kg) least = std::min(least, of);
+    return least;
+  }
   Vec3d momentum() const {
     Vec3d sum{};
     for (std::size_t i = 0; i < velocity_m_s_.size(); ++i)

@@ -4,6 +4,7 @@
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
+#include "tactus/sim/body/body_cut.h"
 #include "tactus/sim/simulation.h"
 
 namespace tactus {
@@ -11,6 +12,16 @@ namespace {
 
 /// A blade that jumps is a mistake, not a stroke [m].
 constexpr float kLongestStrip_m = 0.2F;
+
+Notice full_notice(const std::string& who, const SoftBody& body) {
+  constexpr int kStrokes = 50;
+  return {"cut.full", Severity::warning,
+          who + ": there is no capacity for more copies of cubes than " +
+              std::to_string(body.cutter().lattice().copies_in_use()) + "; the rest is not cut",
+          "raise 'cut_capacity' of the body: " +
+              std::to_string(copies_of_strokes(body.shape().lattice.regular_cubes(), kStrokes)) + " hold " +
+              std::to_string(kStrokes) + " straight strokes through all of it"};
+}
 
 /// Way of the middle of the edge.
 double displacement_m(const cut::BladeStrip& strip) {
@@ -61,10 +72,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
       has_changed = has_changed || cut.cut_cubes > 0;
       const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
       if (cut.is_full && reported_cuts_.insert("body '" + body->name() + "' is full").second)
-        report.notices.push_back(
-            {"cut.full", Severity::warning,
-             who + ": there is no capacity for more copies of cubes; the rest is not cut",
-             "raise 'cut_capacity' of the body"});
+        report.notices.push_back(full_notice(who, *body));
       if (cut.is_refused && reported_cuts_.insert(who + "refused").second)
         report.notices.push_back(
             {"cut.refused", Severity::warning,

@@ -1,6 +1,7 @@
 #include "tactus/sim/body/body_cut.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "tactus/geom/lattice/lattice_cut.h"
@@ -22,6 +23,11 @@ BodyShape with_cut_capacity(const BodyDescription& body, BodyShape shape) {
   shape.elements.resize(shape.lattice.cubes.size(), 1);
   shape.material_of_cube.resize(shape.lattice.cubes.size(), 0);
   return shape;
+}
+
+Index copies_of_strokes(Index cubes, int strokes) {
+  const double n = cubes, of_all = 4.5 * strokes * std::cbrt(n) * std::cbrt(n);
+  return static_cast<Index>(std::ceil(std::min(of_all, 16 * n)));
 }
 
 Index point_capacity(const CubeLattice& lattice) { return 6 * static_cast<Index>(lattice.copies.size()); }
@@ -80,12 +86,12 @@ cut::CutReport SoftBody::cut(ExecContext& ctx, std::size_t blade, const cut::Bla
     return {};
   }
   if (x_m_.empty()) x_m_ = positions_m(ctx);
-  const cut::CutReport report =
-      cutter_->cut(trail, strip, last_x_m_.empty() ? x_m_ : last_x_m_, x_m_, change_);
+  cut::CutReport report = cutter_->cut(trail, strip, last_x_m_.empty() ? x_m_ : last_x_m_, x_m_, change_);
   journal_origins_.resize(cutter_->lattice().journals().size(), {stroke_, cut_frame_});
   if (change_.copies.empty()) return report;
   do follow(ctx, change_, observer);
   while (cutter_->match_parts(change_));
+  report.is_full = report.is_full || cut_points_.is_full();
   surface_.update(ctx, tissue_.body());
   return report;
 }

@@ -39,7 +39,7 @@ CutReport BodyCutter::cut(BladeTrail& trail, const BladeStrip& strip, std::span<
 CutReport BodyCutter::cut_marked(TopologyChange& change) {
   CutReport report;
   change.clear();
-  const auto stages = lattice_.splits([&](Index splits) { return surface_.has_capacity(splits); });
+  const auto stages = lattice_.splits([&](Index copies) { return surface_.has_capacity(copies / 2); });
   report.is_full = lattice_.is_full();
   if (stages.empty()) return report;
   const double area_before = surface_.wall_area();
