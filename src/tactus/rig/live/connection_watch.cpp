@@ -19,12 +19,13 @@ constexpr int kLooksToFree = 6;
 /// Bytes that malloc has given out; 0 where it doesn't tell, as a sanitizer's. (Those that were given back
 /// stay with the process for a while.)
 std::size_t memory_in_use() {
-#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+#ifdef __GLIBC_PREREQ
+#if __GLIBC_PREREQ(2, 33)
   const struct mallinfo2 info = ::mallinfo2();
   return info.uordblks + info.hblkhd;
-#else
-  return 0;
 #endif
+#endif
+  return 0;
 }
 
 /// What a TCP connection brought so far; 0 for other descriptors, and for sockets that listen.
