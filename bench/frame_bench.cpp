@@ -10,7 +10,7 @@
 #include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
+#include "tactus/world/world.h"
 
 namespace tactus::bench {
 namespace {
@@ -86,7 +86,9 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
   if (c.pool_particles > 0) add_pool(scene.fluid.value(), c.pool_particles);
   SyntheticSource source = open_source(scene.source, c.frames);
   DeviceSet devices(device_text);
-  Simulation simulation(devices, scene, source.rig(), load_body_assets(scene));
+  const BodyAssets assets = load_body_assets(scene);
+  Perception perception(devices, scene, source.rig(), assets);
+  World world(devices, scene, assets, &perception);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> jitter_s(-c.jitter_s, c.jitter_s);
   FrameSet frame;
@@ -102,17 +104,18 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
     last_s = frame.time_s;
     is_first = false;
     frame.captured_s = now_s();  // the masks are on the host now
-    const StepReport report = simulation.step(frame, dt_s);
+    world.set_surface(perception.observe(&frame, dt_s));
+    const StepReport report = world.step(dt_s);
     const int count = report.substeps;
     substeps = std::max(substeps, count);
     simulated_s += report.dt_s;
-    wall_s += report.dt_s > 0 ? 1e-3 * simulation.timings().last_ms("frame") : 0;
+    wall_s += report.dt_s > 0 ? 1e-3 * world.timings().last_ms("frame") : 0;
     if (count > 0)
-      frames.push_back(last_frame(simulation.timings(), frame.tick, count));
+      frames.push_back(last_frame(world.timings(), frame.tick, count));
     else
-      first_ms = std::max(first_ms, simulation.timings().last_ms("frame"));
+      first_ms = std::max(first_ms, world.timings().last_ms("frame"));
   }
-  const Timings& t = simulation.timings();
+  const Timings& t = world.timings();
   std::vector<double> frame_ms;
   for (const FrameTime& f : frames) frame_ms.push_back(f.ms);
   nlohmann::json row{{"name", c.name},
@@ -123,11 +126,11 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
                      {"ms_p99", percentile(frame_ms, 99)},
                      {"first_frame_ms", first_ms},
                      {"substeps", substeps},
-                     {"recordings", simulation.recordings()},
+                     {"recordings", world.schedule().recordings()},
                      {"real_time_factor", simulated_s / wall_s},
                      {"floor_ms", nullptr}};
-  if (simulation.liquid() != nullptr) {
-    row["particles"] = simulation.snapshot().liquid_m.size();
+  if (world.liquid() != nullptr) {
+    row["particles"] = world.snapshot().liquid_m.size();
     row["ms_p50_one_liquid_step"] = one_liquid_step_ms(frames);
   }
   for (const std::string& stage : t.stages()) row["stages_ms_p50"][stage] = t.percentile_ms(stage, 50);
@@ -139,7 +142,10 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
                               {"tick", frames[i].tick},
                               {"substeps", frames[i].substeps},
                               {"stages_ms", frames[i].stages_ms}});
-  const auto step = [&] { simulation.step(frame, 1.0 / 30); };
+  const auto step = [&] {
+    world.set_surface(perception.observe(&frame, 1.0 / 30));
+    world.step(1.0 / 30);
+  };
   row["launches"] = launches(devices.context(0), step);
   if (devices.device(0).is_cuda()) row["floor_ms"] = kGraphNode_ms * row["launches"].get<double>();
   row["kernels_ms_p50"] = kernels_ms(devices.context(0), [&] {

@@ -17,10 +17,10 @@ SOURCES = (".h", ".cpp", ".cu", ".cuh")
 # particle; patches of a surface and the patch test; a cut that is told apart; kicks and drifts of leapfrog.
 TERMS = {
     "collider": (r"owners?|Owner\w*|owner_\w+|\w+_owners?",
-                 r"compute/|multi_device/|reconstruct/|tissue/|geom/|rig/|fluid/(split|liquid_)|frame/|sim/checkpoint|sim/body/body_cut"),
+                 r"compute/|multi_device/|reconstruct/|tissue/|geom/|rig/|fluid/(split|liquid_)|frame/|world/checkpoint|sim/body/body_(cut|archive)"),
     "component": (r"pieces?|piece_\w+|\w+_pieces?|k?Piece\w*",
                   r"compute/|tissue/|geom/|rig/|track/|fluid/|cli/info|mesh_part_kernels|contact/(walls/|obstacles)|"
-                  r"sim/(settle|body/|cut_score|scene_liquid)|docs/(concepts/(cut_bodies|liquid)|tissue_verification)"),
+                  r"world/settle|sim/(body/|cut_score|scene_liquid)|docs/(concepts/(cut_bodies|liquid)|tissue_verification)"),
     "capacity": (r"rooms?|room_\w+|\w+_rooms?", r"rig/|media/|view/|cli/|fluid/|docs/|io/scene_file"),
     "virtual element": (r"patch(es)?|patch_\w+|\w+_patch(es)?|Patch\w*",
                         r"contact/|reconstruct/|docs/(concepts/contact|tissue_verification|new_material)"),

@@ -32,19 +32,21 @@ int main(int argc, char** argv) try {
   }
   DeviceSet devices("auto");
   std::unique_ptr<FrameSource> source = open_scene_source(scene, argv[1]);
-  constexpr bool kCanSave = true;  // for the budget
-  Simulation simulation(devices, scene, source->rig(), load_body_assets(scene), kCanSave);
+  const BodyAssets assets = load_body_assets(scene);
+  constexpr bool kCanReduce = true;  // for the budget
+  const auto perception = make_perception(devices, scene, source->rig(), assets, kCanReduce);
+  World world(devices, scene, assets, perception.get());
 
   std::filesystem::remove("hello_loop.rec");  // a recording is never overwritten
   RecordingFilter recorded(std::move(source), "hello_loop.rec");
   PrintForce print;
-  BudgetSink budget(0.033, simulation, false);
-  FrameLoop loop(recorded, simulation, {.most_frames = 30, .should_stop = {}});
+  BudgetSink budget(0.033, world, false);
+  FrameLoop loop(recorded, world, {.most_frames = 30, .should_stop = {}});
   loop.add(print);
   loop.add(budget);
   loop.run();
   recorded.finish();
-  write_checkpoint("hello_loop.checkpoint", argv[1], loop.progress(), simulation);
+  write_checkpoint("hello_loop.checkpoint", argv[1], loop.progress(), world);
   std::printf("%d frames; hello_loop.rec and hello_loop.checkpoint are written\n", loop.frames());
   return loop.frames() > 0 ? 0 : 1;
 } catch (const std::exception& error) {

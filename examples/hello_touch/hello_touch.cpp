@@ -7,7 +7,7 @@
 #include "tactus/io/body_assets.h"
 #include "tactus/io/mesh/mesh_file.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/sim/simulation.h"
+#include "tactus/world/world.h"
 
 using namespace tactus;
 
@@ -16,12 +16,12 @@ int main(int argc, char** argv) try {
   scene.obstacles[0].motion.clear();
   scene.obstacles[0].held = true;  // by set_pose, not by the scene's keyframes
   DeviceSet devices("auto");
-  Simulation world(devices, scene, {}, load_body_assets(scene));
+  World world(devices, scene, load_body_assets(scene));
   constexpr double kFrame_s = 1.0 / 60;
   double most_N = 0;
   for (int k = 0; k <= 30; ++k) {
     world.set_pose("ball", {Mat3d::identity(), {0, 0.075 - 0.02 * k / 30, 0}});
-    const StepReport report = world.step(nullptr, k > 0 ? kFrame_s : 0);
+    const StepReport report = world.step(k > 0 ? kFrame_s : 0);
     for (const BodyContact& c : report.contacts) {
       const Vec3f f = c.reaction.force_N;  // on the ball
       std::printf("frame %2d: %6.3f N up\n", k, static_cast<double>(f.y));

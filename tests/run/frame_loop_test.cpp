@@ -44,19 +44,19 @@ reconstruction: {resolution: 32}
 )";
 
 /// A scene with what it needs.
-struct World {
-  explicit World(const char* text) : scene(parse_scene(text, "scene.yaml")) {}
+struct Loaded {
+  explicit Loaded(const char* text) : scene(parse_scene(text, "scene.yaml")) {}
   Scene scene;
   DeviceSet devices{"cpu"};
   std::unique_ptr<FrameSource> source = open_scene_source(scene);
-  Simulation simulation{devices, scene, source->rig(), load_body_assets(scene)};
+  BodyAssets assets = load_body_assets(scene);
+  std::unique_ptr<Perception> perception = make_perception(devices, scene, source->rig(), assets);
+  World world{devices, scene, assets, perception.get()};
 };
 
 struct Watcher final : FrameSink {
   explicit Watcher(std::string& order, char letter) : order_(order), letter_(letter) {}
-  void begin(const Simulation& /*simulation*/, std::optional<int> frame_count) override {
-    count = frame_count;
-  }
+  void begin(const World& /*world*/, std::optional<int> frame_count) override { count = frame_count; }
   void frame(RunFrame& frame) override {
     order_ += letter_;
     numbers.push_back(frame.number);
@@ -77,10 +77,10 @@ struct Watcher final : FrameSink {
 };
 
 TEST(FrameLoop, ShowsEachFrameToEachSinkInOrder) {
-  World world(kFalling);
+  Loaded loaded(kFalling);
   std::string order;
   Watcher a(order, 'a'), b(order, 'b');
-  FrameLoop loop(*world.source, world.simulation);
+  FrameLoop loop(*loaded.source, loaded.world);
   loop.add(a);
   loop.add(b);
   loop.run();
@@ -93,7 +93,7 @@ TEST(FrameLoop, ShowsEachFrameToEachSinkInOrder) {
   EXPECT_EQ(loop.frames(), 8);
   EXPECT_EQ(loop.progress().taken, 8);
   // 7 steps of 20 ms; semi-implicit Euler falls g t (t + dt) / 2 with substeps of dt <= 20 ms.
-  const double t = 0.14, mean_y = world.simulation.bodies()[0]->positions_m(world.simulation.context())[0].y,
+  const double t = 0.14, mean_y = loaded.world.bodies()[0]->positions_m(loaded.world.context())[0].y,
                fallen = -0.02 - mean_y;
   EXPECT_GE(fallen, 0.5 * 9.81 * t * t - 1e-4);
   EXPECT_LE(fallen, 0.5 * 9.81 * t * (t + 0.02) + 1e-4);
@@ -101,9 +101,9 @@ TEST(FrameLoop, ShowsEachFrameToEachSinkInOrder) {
 
 TEST(FrameLoop, StopsWhenItShould) {
   for (const bool by_number : {true, false}) {
-    World world(kFalling);
+    Loaded loaded(kFalling);
     int asked = 0;
-    FrameLoop loop(*world.source, world.simulation,
+    FrameLoop loop(*loaded.source, loaded.world,
                    by_number
                        ? FrameLoop::Options{.most_frames = 3, .should_stop = {}}
                        : FrameLoop::Options{.most_frames = 0, .should_stop = [&] { return ++asked > 3; }});
@@ -114,16 +114,16 @@ TEST(FrameLoop, StopsWhenItShould) {
 
 TEST(FrameLoop, LookingOnChangesNoBit) {
   const auto hash_with = [](bool watched) {
-    World world(kFilmed);
+    Loaded loaded(kFilmed);
     std::string order;
     Watcher watcher(order, 'w');
-    ReportSink report(world.scene);
-    FrameLoop loop(*world.source, world.simulation);
+    ReportSink report(loaded.scene);
+    FrameLoop loop(*loaded.source, loaded.world);
     if (watched) loop.add(watcher);
     if (watched) loop.add(report);
     loop.run();
     EXPECT_EQ(watcher.new_ones, watched ? 4 : 0);
-    return state_hash(world.simulation);
+    return state_hash(loaded.world);
   };
   EXPECT_EQ(hash_with(true), hash_with(false));
 }
@@ -132,36 +132,37 @@ TEST(FrameLoop, GoesOnAfterACheckpointWithTheSameBits) {
   const std::string scene_path = testing::TempDir() + "frame_loop.yaml", path = scene_path + ".checkpoint";
   const std::string struck = std::string(kFalling) + kRisingBall;
   std::ofstream(scene_path) << struck;
-  World whole(struck.c_str()), first(struck.c_str()), second(struck.c_str());
-  FrameLoop(*whole.source, whole.simulation).run();
-  FrameLoop half(*first.source, first.simulation, {.most_frames = 4, .should_stop = {}});
+  Loaded whole(struck.c_str()), first(struck.c_str()), second(struck.c_str());
+  FrameLoop(*whole.source, whole.world).run();
+  FrameLoop half(*first.source, first.world, {.most_frames = 4, .should_stop = {}});
   half.run();
-  write_checkpoint(path, scene_path, half.progress(), first.simulation);
-  FrameLoop rest(*second.source, second.simulation);
-  rest.go_on_from(read_checkpoint(path, scene_path, *second.source, second.simulation));
+  write_checkpoint(path, scene_path, half.progress(), first.world);
+  FrameLoop rest(*second.source, second.world);
+  rest.go_on_from(read_checkpoint(path, scene_path, *second.source, second.world));
   rest.run();
   EXPECT_EQ(rest.frames(), 4);
-  EXPECT_EQ(state_hash(second.simulation), state_hash(whole.simulation));
+  EXPECT_EQ(state_hash(second.world), state_hash(whole.world));
 }
 
 TEST(FrameLoop, ARecordedSourceReplays) {
   const std::string path = testing::TempDir() + "frame_loop.rec";
   std::filesystem::remove(path);
-  World world(kFilmed);
-  RecordingFilter recorded(std::move(world.source), path);
-  FrameLoop loop(recorded, world.simulation);
+  Loaded loaded(kFilmed);
+  RecordingFilter recorded(std::move(loaded.source), path);
+  FrameLoop loop(recorded, loaded.world);
   loop.run();
   recorded.finish();
-  World again(kFilmed);
+  Loaded again(kFilmed);
   again.scene.source = {};
   again.scene.source.kind = SourceKind::recording;
   again.scene.source.path = path;
   const std::unique_ptr<FrameSource> source = open_scene_source(again.scene);
-  Simulation simulation(again.devices, again.scene, source->rig(), {});
-  FrameLoop replay(*source, simulation);
+  const auto perception = make_perception(again.devices, again.scene, source->rig(), {});
+  World replayed(again.devices, again.scene, {}, perception.get());
+  FrameLoop replay(*source, replayed);
   replay.run();
   EXPECT_EQ(replay.frames(), 4);
-  EXPECT_EQ(state_hash(simulation), state_hash(world.simulation));
+  EXPECT_EQ(state_hash(replayed), state_hash(loaded.world));
 }
 
 /// Its first frame is bad, its second is well.
@@ -178,9 +179,9 @@ struct Faulty final : SourceFilter {
 };
 
 TEST(FrameLoop, CountsBadFramesAndSaysEachThingOnce) {
-  World world(kFilmed);
-  Faulty source(std::move(world.source));
-  FrameLoop loop(source, world.simulation);
+  Loaded loaded(kFilmed);
+  Faulty source(std::move(loaded.source));
+  FrameLoop loop(source, loaded.world);
   loop.run();
   EXPECT_EQ(loop.bad_frames(), 1);
   EXPECT_EQ(loop.frames(), 4);
@@ -189,9 +190,9 @@ TEST(FrameLoop, CountsBadFramesAndSaysEachThingOnce) {
 }
 
 TEST(SceneSource, TakesPhotographsWhereASceneAsksForThem) {
-  World world(kFilmed);
-  world.scene.view.photographs = 2;
-  const std::unique_ptr<FrameSource> source = open_scene_source(world.scene);
+  Loaded loaded(kFilmed);
+  loaded.scene.view.photographs = 2;
+  const std::unique_ptr<FrameSource> source = open_scene_source(loaded.scene);
   FrameSet frame;
   ASSERT_EQ(source->next(frame), NextFrame::success);
   EXPECT_EQ(frame.colors.size(), source->rig().cameras.size());

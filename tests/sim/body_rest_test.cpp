@@ -6,8 +6,8 @@
 #include <cstdlib>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -133,7 +133,7 @@ class OnATray {
 
   Case case_;
   DeviceSet devices_;
-  Simulation simulation_;
+  test::FilmedWorld simulation_;
   double lowest_m_ = 9;
 };
 

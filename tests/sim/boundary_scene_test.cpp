@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -64,7 +64,7 @@ Played play(const Scene& scene, const std::string& devices_text, int frames) {
   options.figure = "sphere";
   options.depth = options.truth = false;
   SyntheticSource source(options);
-  Simulation simulation(devices, scene, source.rig(), {});
+  test::FilmedWorld simulation(devices, scene, source.rig(), {});
   FrameSet frame;
   EXPECT_EQ(source.next(frame), NextFrame::success);
   Played played;
@@ -74,8 +74,8 @@ Played play(const Scene& scene, const std::string& devices_text, int frames) {
     std::erase_if(notices, [](const Notice& n) { return n.code == "body.in_surface"; });
     EXPECT_EQ(text_of(notices), "");
     played.probes.push_back(simulation.probe_positions_m());
-    const auto forces = simulation.motion_forces_N();
-    played.force_N.push_back(forces.at(0).empty() ? Vec3d{} : forces[0][0]);
+    const auto forces = simulation.motion_forces();
+    played.force_N.push_back(forces.at(0).empty() ? Vec3d{} : forces[0][0].force_N);
   }
   played.monitors = simulation.monitors().at(0);
   played.surface = simulation.snapshot().bodies.at(0).positions_m;
@@ -179,7 +179,7 @@ TEST_P(BoundaryScene, AFreeBodyIsOnAllDevices) {
     EXPECT_LT(got.probes[6][0].y, 0.49F);      // it hangs on one end
     EXPECT_NEAR(got.probes[6][0].x, 0, 1e-4);  // and the ball does nothing
     DeviceSet devices(GetParam());
-    const Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    const test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     const SoftBody& bar = *simulation.bodies()[0];
     EXPECT_EQ(bar.device_count(), devices.is_cuda() ? 1 : devices.count());
     if (bar.device_count() > 1) {
@@ -210,7 +210,7 @@ TEST_P(BoundaryScene, AMovedAndLoadedBodyIsOnAllDevices) {
     EXPECT_NEAR(got.probes[5][0].x, 0.02, 1e-7);
     EXPECT_GT(length(got.force_N[3]), 0.01);
     DeviceSet devices(GetParam());
-    EXPECT_EQ(Simulation(devices, scene, make_synthetic_rig(), {}).bodies()[0]->device_count(),
+    EXPECT_EQ(test::FilmedWorld(devices, scene, make_synthetic_rig(), {}).bodies()[0]->device_count(),
               devices.is_cuda() ? 1 : devices.count());
   }
 }
@@ -218,7 +218,7 @@ TEST_P(BoundaryScene, AMovedAndLoadedBodyIsOnAllDevices) {
 TEST(BoundaryScene, WhyABodyIsOnOneDeviceIsSaid) {
   DeviceSet devices("cpu:2");
   const auto text = [&](const Scene& scene) {
-    return Simulation(devices, scene, make_synthetic_rig(), {}).bodies()[0]->devices_text();
+    return test::FilmedWorld(devices, scene, make_synthetic_rig(), {}).bodies()[0]->devices_text();
   };
   Scene scene = free_scene(TissueModel::tled);
   scene.bodies[0].contact = true;
@@ -236,7 +236,8 @@ TEST(BoundaryScene, WhyABodyIsOnOneDeviceIsSaid) {
 
 std::string refusal(const Scene& scene) {
   DeviceSet devices("cpu");
-  return test::message_of([&] { Simulation(devices, scene, make_synthetic_rig(), {}); }, ErrorKind::usage);
+  return test::message_of([&] { test::FilmedWorld(devices, scene, make_synthetic_rig(), {}); },
+                          ErrorKind::usage);
 }
 
 TEST(BoundaryScene, RegionsThatDoNothingAndContradictionsAreNamed) {

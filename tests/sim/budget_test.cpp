@@ -6,9 +6,9 @@
 #include <random>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "support/synthetic_frame.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -153,7 +153,7 @@ struct Saved {
 /// vertex, three times as much in frames 15 to 29.
 Saved run(const std::string& devices_text) {
   DeviceSet devices(devices_text, 3);
-  Simulation simulation(devices, scene_with_liquid(), make_synthetic_rig(), {}, true);
+  test::FilmedWorld simulation(devices, scene_with_liquid(), make_synthetic_rig(), {}, true);
   const std::vector<QualityReduction> ladder = simulation.quality_reductions();
   EXPECT_EQ(ladder, (std::vector<QualityReduction>{QualityReduction::hull, QualityReduction::liquid,
                                                    QualityReduction::samples}));
@@ -177,7 +177,7 @@ Saved run(const std::string& devices_text) {
   out.state = end.bodies.at(0).positions_m;
   out.state.insert(out.state.end(), end.real.positions_m.begin(), end.real.positions_m.end());
   out.state.insert(out.state.end(), end.liquid_m.begin(), end.liquid_m.end());
-  out.recordings = simulation.recordings();
+  out.recordings = simulation.schedule().recordings();
   return out;
 }
 
@@ -209,7 +209,7 @@ TEST(Savings, ThePressedSlabIsTheSameToAVoxel) {
   std::vector<Vec3f> seen[2];
   for (const bool all : {false, true}) {
     DeviceSet devices("cpu");
-    Simulation simulation(devices, scene_with_liquid(), make_synthetic_rig(), {}, true);
+    test::FilmedWorld simulation(devices, scene_with_liquid(), make_synthetic_rig(), {}, true);
     if (all) simulation.reduce_quality(simulation.quality_reductions());
     for (int k = 0; k < 50; ++k) simulation.step(ball_frame(k), k == 0 ? 0 : 1.0 / 60);
     seen[all ? 1 : 0] = simulation.snapshot().bodies.at(0).positions_m;

@@ -4,10 +4,10 @@
 #include <array>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -100,7 +100,7 @@ struct State {
 /// written there
 State play(const std::string& devices_text, const Scene& scene, int from, int to, std::string& file) {
   DeviceSet devices(devices_text, 3);
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   if (from > 0) {
     StateArchive a(file, "f");
     const FrameSet last = frame_of(from - 1);
@@ -212,7 +212,7 @@ TEST_P(CheckpointOnDevices, AStrokeGoesOn) {
   const State third = play(GetParam(), scene, 20, 24, file), as_well = play(GetParam(), scene, 20, 24, other);
   EXPECT_EQ(third.x_m, as_well.x_m) << "all that is kept is the same, too";
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   if (GetParam() != "cpu") return;
   StateArchive a(file, "f");
   const FrameSet seen = frame_of(23);

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -78,7 +78,7 @@ TEST(EnergyWatch, LetsBodiesPassItOn) {
   EXPECT_NE(watch.follow(std::vector{with(1, 0), with(0, 12)}, 1e-3), "");
 }
 
-std::string codes_of(Simulation& simulation, int frames, double fps = 30) {
+std::string codes_of(test::FilmedWorld& simulation, int frames, double fps = 30) {
   std::string codes;
   for (int k = 0; k < frames; ++k)
     for (const Notice& notice : simulation.step(nullptr, k == 0 ? 0 : 1 / fps).notices)
@@ -93,7 +93,7 @@ TEST(EnergyWatch, FollowsTheBodiesOfAScene) {
     scene.bodies = {block("cube", {0.1, 0.1, 0.1}, {0, 0.3, 0}, model)};
     scene.obstacles = {floor_at(0)};
     DeviceSet devices("cpu");
-    Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     EXPECT_EQ(codes_of(simulation, 60), "");
     SoftBody& cube = *simulation.bodies()[0];
     const std::vector<Vec3d> up(static_cast<std::size_t>(cube.node_count()), {0, -3, 0});
@@ -110,7 +110,7 @@ TEST(BodyInABody, IsToldOnce) {
   scene.gravity_m_s2 = {};
   scene.bodies = {block("large", {0.3, 0.3, 0.3}, {}), block("small", {0.06, 0.06, 0.06}, {})};
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   const std::string codes = codes_of(simulation, 25);
   int reported = 0;
   for (auto at = codes.find("body.in_body"); at != std::string::npos; at = codes.find("body.in_body", at + 1))
@@ -145,7 +145,7 @@ TEST_P(FallsOnABody, AtFiveMetresASecond) {
   for (const double side : {-1., 1.})
     scene.bodies[1].fixed.push_back({half_space({side * (0.2 - 0.6 * c.spacing_m), 0, 0}, {-side, 0, 0})});
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   EXPECT_EQ(codes_of(simulation, static_cast<int>(1.5 * c.fps), c.fps), "");
   const FrameSnapshot seen = simulation.snapshot();
   const Vec3d center_m = simulation.bodies()[0]->motion().center_m;
@@ -169,7 +169,7 @@ TEST(BodyInTheRealSurface, IsTold) {
   scene.gravity_m_s2 = {};
   scene.bodies = {block("cube", {0.1, 0.1, 0.1}, {0, 0.5, 0})};
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   std::string codes;
   for (int k = 0; k < 3; ++k) {
     FrameSet frame;
@@ -203,7 +203,7 @@ TEST_P(HitByABall, FliesOffInFrontOfIt) {
   scene.gravity_m_s2 = {};
   scene.bodies = {block("cube", {0.1, 0.1, 0.1}, {0, 0.3, 0}, c.model)};
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   SyntheticOptions options;
   options.figure = "sphere";
   options.shape.scale = 0.3F;

@@ -7,9 +7,9 @@
 #include <map>
 #include <set>
 
+#include "support/filmed_world.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -53,7 +53,7 @@ struct Played {
   int pairs = 0;
 };
 
-void see_gaps(const Simulation& simulation, Played& played) {
+void see_gaps(const test::FilmedWorld& simulation, Played& played) {
   const SoftBody& body = *simulation.bodies()[0];
   const TriangleMesh rest = body.cutter().mesh(body.cutter().lattice().lattice().rest_positions_m()),
                      now = body.cutter().mesh(played.x_m);
@@ -94,7 +94,7 @@ Played play(const std::string& text, const char* devices_text, int frames) {
   options.figure = "sphere";
   options.depth = options.truth = false;
   SyntheticSource source(options);
-  Simulation simulation(devices, scene, source.rig(), {});
+  test::FilmedWorld simulation(devices, scene, source.rig(), {});
   for (int k = 0; k < frames; ++k) simulation.step(nullptr, 1.0 / 30);
   Played played;
   played.x_m = simulation.bodies()[0]->positions_m(simulation.context());
@@ -174,7 +174,7 @@ obstacles:
   options.figure = "sphere";
   options.depth = options.truth = false;
   SyntheticSource source(options);
-  Simulation simulation(devices, scene, source.rig(), {});
+  test::FilmedWorld simulation(devices, scene, source.rig(), {});
   Lying found;
   for (int k = 0; k < 120; ++k) {
     const StepReport report = simulation.step(nullptr, 1.0 / 30);

@@ -9,12 +9,12 @@
 
 #include "support/data_folder.h"
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "support/sliced_block.h"
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -41,7 +41,7 @@ Played play(const Scene& scene, const char* devices_text) {
   options.figure = "sphere";
   options.depth = options.truth = false;
   SyntheticSource source(options);
-  Simulation simulation(devices, scene, source.rig(), {});
+  test::FilmedWorld simulation(devices, scene, source.rig(), {});
   Played played;
   for (int k = 0; k < 24; ++k) {
     const StepReport report = simulation.step(nullptr, 1.0 / 30);
@@ -175,7 +175,7 @@ Fallen fall(const char* devices_text, int frames, bool walls_touch = true) {
   options.figure = "sphere";
   options.depth = options.truth = false;
   SyntheticSource source(options);
-  Simulation simulation(devices, scene, source.rig(), {});
+  test::FilmedWorld simulation(devices, scene, source.rig(), {});
   Fallen fallen;
   for (int k = 0; k < frames; ++k) {
     const StepReport report = simulation.step(nullptr, 1.0 / 30);
@@ -229,7 +229,7 @@ TEST(CutScene, SeveredPartsDoNotCreep) {
 TEST(CutScene, NewNodesAreReadWhereTheyAreOnSeveralDevices) {
   const Scene scene = read_scene(source_path("scenes/slice.yaml"));
   DeviceSet one("cpu"), three("cpu:3", 3);
-  Simulation on_one(one, scene, {}, {}), on_three(three, scene, {}, {});
+  test::FilmedWorld on_one(one, scene, {}, {}), on_three(three, scene, {}, {});
   ASSERT_EQ(on_three.bodies()[0]->device_count(), 3);
   for (int k = 0; k < 19; ++k) {
     on_one.step(nullptr, k > 0 ? 1.0 / 30 : 0);
@@ -306,12 +306,12 @@ TEST(CutScene, LoadsAndMovedNodesFollow) {
   options.figure = "sphere";
   options.depth = options.truth = false;
   SyntheticSource source(options);
-  Simulation simulation(devices, scene, source.rig(), {});
+  test::FilmedWorld simulation(devices, scene, source.rig(), {});
   Vec3d before{}, after{}, force_N{};
   for (int k = 0; k < 60; ++k) {
     simulation.step(nullptr, 1.0 / 30);
     before = std::exchange(after, simulation.monitors()[0].momentum_kg_m_s);
-    if (k >= 50) force_N += simulation.motion_forces_N()[0][0] / 10.0;
+    if (k >= 50) force_N += simulation.motion_forces()[0][0].force_N / 10.0;
   }
   const SoftBody& block = *simulation.bodies()[0];
   const std::vector<Vec3f> x_m = block.positions_m(simulation.context());

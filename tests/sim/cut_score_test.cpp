@@ -4,12 +4,12 @@
 #include <algorithm>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/blade_mesh.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -48,7 +48,7 @@ std::string with(const std::string& what, const std::string& instead) {
 
 std::vector<StrokeResult> cut(const Scene& scene) {
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   for (int k = 0; k < 17; ++k) simulation.step(nullptr, 1.0 / 30);
   return simulation.stroke_results();
 }
@@ -140,7 +140,7 @@ TEST(CutScore, PeakForceIsTheLargestMeanOverAWay) {
 TEST(CutScore, CrossingCutsGiveFourParts) {
   const Scene scene = read_scene(TACTUS_SOURCE_DIR "/scenes/cross.yaml");
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   for (int k = 0; k < 20; ++k) simulation.step(nullptr, 1.0 / 30);
   const SoftBody::CutState state = simulation.bodies()[0]->cut_state(simulation.context());
   EXPECT_EQ(state.parts, 4);
@@ -161,7 +161,7 @@ TEST(CutScore, RefusesPlansByName) {
     const std::string message = test::message_of(
         [&] {
           DeviceSet devices("cpu");
-          Simulation(devices, parse_scene(text, "scenes/x.yaml"), make_synthetic_rig(), {});
+          test::FilmedWorld(devices, parse_scene(text, "scenes/x.yaml"), make_synthetic_rig(), {});
         },
         ErrorKind::usage);
     EXPECT_NE(message.find(part), std::string::npos) << message;

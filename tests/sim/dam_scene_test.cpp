@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "support/data_folder.h"
+#include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -119,7 +119,7 @@ TEST_P(SphericDam, HeightsFollowTheRecord) {
   const std::vector<Gauges> record = measured();
   if (record.empty()) GTEST_SKIP() << without_data("dambreak/test_case_2_exp_data.dat");
   DeviceSet devices("cpu");
-  Simulation simulation(devices, tank(GetParam()), make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, tank(GetParam()), make_synthetic_rig(), {});
   simulation.step(nullptr, 0);
   constexpr double kFrame_s = 0.005;
   const SceneLiquid& scene_liquid = *simulation.liquid();

@@ -1,5 +1,6 @@
 // Bodies whose material gives no damping: they stand, slide, tip and swing as they must.
 #include "tactus/sim/body/default_damping.h"
+#include "support/filmed_world.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +9,6 @@
 
 #include "support/device_sets.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -84,7 +84,7 @@ class OnASlope {
     return codes;
   }
   DeviceSet devices_;
-  Simulation simulation_;
+  test::FilmedWorld simulation_;
 };
 
 /// How far down the slope the centre of mass is from the middle of the base, over half the base: at 1 a block
@@ -209,7 +209,7 @@ Swing swing_of(const Block& b, std::optional<double> damping) {
   base.where.frame = CoordinateFrame::world;
   base.where.point_m = {0, 1e-3, 0};
   scene.gravity_m_s2 = {0.01 * b.young_Pa / 1000 / b.size_m.y, 0, 0};
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   simulation.step(nullptr, 0);
   const double frame_s = 0.05 / rule_per_s(b);
   return swing(frame_s, [&] {

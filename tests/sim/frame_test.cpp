@@ -7,10 +7,10 @@
 #include <random>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/frame_clock.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -59,7 +59,7 @@ Played play(const std::string& devices_text, int frames, std::uint64_t seed = 0)
   options.shape.scale = 0.6F;
   options.depth = options.truth = false;
   const Scene scene = slab_scene();
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   std::mt19937 random(1);
   Played played;
   FrameSet frame;
@@ -77,7 +77,7 @@ Played play(const std::string& devices_text, int frames, std::uint64_t seed = 0)
     const std::vector<Vec3f> x = body->positions_m(devices.context(0));
     played.x_m.insert(played.x_m.end(), x.begin(), x.end());
   }
-  played.recordings = simulation.recordings();
+  played.recordings = simulation.schedule().recordings();
   return played;
 }
 
@@ -131,7 +131,7 @@ TEST_P(FrameOnDevices, AThousandFramesTakeNoMoreMemory) {
   options.depth = options.truth = false;
   FrameSet frame;
   EXPECT_EQ(SyntheticSource(options).next(frame), NextFrame::success);
-  Simulation simulation(devices, slab_scene(), make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, slab_scene(), make_synthetic_rig(), {});
   const auto play_frames = [&](int frames) {
     for (int k = 0; k < frames; ++k) simulation.step(frame, 0.005);
   };
@@ -148,8 +148,8 @@ TEST_P(FrameOnDevices, AThousandFramesTakeNoMoreMemory) {
 
 TEST(Frame, TextNamesEveryStageAndWhatItReads) {
   DeviceSet devices("cpu");
-  const Simulation simulation(devices, slab_scene(), make_synthetic_rig(), {});
-  const std::string text = simulation.frame_text();
+  const test::FilmedWorld simulation(devices, slab_scene(), make_synthetic_rig(), {});
+  const std::string text = simulation.schedule().text();
   for (const char* part : {"hull/upload", "hull/carve", "surface/update", "body 'slab': step",
                            "body 'slab': contact sums", "reads hull/mesh", "every substep"})
     EXPECT_NE(text.find(part), std::string::npos) << part << " is not in\n" << text;

@@ -7,8 +7,8 @@
 
 #include "contact/soft_scene.h"
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -87,7 +87,7 @@ class Pinch {
     return scene;
   }
   DeviceSet devices_;
-  Simulation simulation_;
+  test::FilmedWorld simulation_;
   StepReport report_;
   long done_ = 0;
 };

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 #include "tactus/tissue/substep_choice.h"
 
 namespace tactus {
@@ -49,7 +49,7 @@ Scene swinging_bar(double aside_m) {
 /// Change of its energy in 60 s, of means over a second.
 double drift(double aside_m) {
   DeviceSet devices("cpu");
-  Simulation simulation(devices, swinging_bar(aside_m), make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, swinging_bar(aside_m), make_synthetic_rig(), {});
   double early_J = 0, late_J = 0;
   for (int k = 0; k <= 63 * 30; ++k) {
     simulation.step(nullptr, k == 0 ? 0 : 1.0 / 30);

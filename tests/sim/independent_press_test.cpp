@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -157,7 +157,7 @@ Pressed press(const Press& p, const std::string& devices_text = "cpu") {
   }
   scene.obstacles.push_back(tool);
   DeviceSet devices(devices_text, 3);
-  Simulation simulation(devices, scene, make_synthetic_rig(), assets);
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), assets);
   Pressed out;
   const int frames = static_cast<int>(std::lround(30 * (kSeconds + 0.5)));
   for (int k = 0; k <= frames; ++k) {

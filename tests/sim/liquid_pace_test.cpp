@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include "tactus/sim/simulation.h"
+#include "support/filmed_world.h"
 
 namespace tactus {
 namespace {
@@ -37,7 +36,7 @@ TEST(LiquidScene, TakesStepsOfItsOwnBesideAStiffBody) {
       top.where.point_m = {0, 0.19, 0};
     }
     DeviceSet devices("cpu");
-    Simulation simulation(devices, scene, {}, {});
+    test::FilmedWorld simulation(devices, scene, {}, {});
     struct {
       std::vector<int> steps;
       std::vector<Vec3f> x_m;
@@ -73,7 +72,7 @@ TEST(LiquidScene, PaceFollowsWhatMoves) {
   pool.box = {{0, 0, 0}, {0.1, 0.4, 0.1}};
   pool.blocks.push_back({{{0, 0.1, 0}, {0.05, 0.2, 0.1}}, {}});
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   simulation.step(nullptr, 0);
   const int most = static_cast<int>(
       std::ceil(1.0 / 30 / static_cast<double>(simulation.liquid()->liquid().largest_step_s())));
@@ -107,7 +106,7 @@ TEST(LiquidScene, WhatFliesTogetherTakesFewSteps) {
   block.max_speed_m_s = 1.5;
   scene.gravity_m_s2 = {};
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   simulation.step(nullptr, 0);
   for (int k = 0; k < 5; ++k) simulation.step(nullptr, 1.0 / 30);
   for (int k = 0; k < 3; ++k) {
@@ -127,7 +126,7 @@ TEST(LiquidScene, ATallColumnBearsItsWeight) {
   column.box = {{0, 0, 0}, {0.04, 0.7, 0.04}};
   column.blocks.push_back({{{0, 0, 0}, {0.04, 0.6, 0.04}}, {}});
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   simulation.step(nullptr, 0);
   const double weight_N = 960 * 1e-6 * 1000 * 9.81;
   double mean = 0, least = 1e9, most = 0;
@@ -160,7 +159,7 @@ TEST(LiquidScene, AnEmptyLiquidTakesNoStep) {
   e.radius_m = 0.02;
   e.from_s = 0.15;
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   simulation.step(nullptr, 0);
   for (int k = 1; k <= 3; ++k) {
     const StepReport report = simulation.step(nullptr, 0.05);
@@ -182,13 +181,13 @@ TEST(LiquidScene, OverlappingBlocksFillTheirSpaceOnce) {
   pool.box = {{0, 0, 0}, {0.15, 0.1, 0.1}};
   pool.blocks = {{{{0, 0, 0}, {0.1, 0.05, 0.1}}, {}}, {{{0.05, 0, 0}, {0.15, 0.05, 0.1}}, {}}};
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   simulation.step(nullptr, 0);
   const StepReport report = simulation.step(nullptr, 0.01);
   EXPECT_EQ(report.liquid.here, 750);
   EXPECT_LT(report.liquid.densest, 1.01);
   const auto is_it = [](const Notice& n) { return n.code == "liquid.blocks_overlap"; };
-  Simulation again(devices, scene, {}, {});
+  test::FilmedWorld again(devices, scene, {}, {});
   const StepReport first = again.step(nullptr, 0);
   const auto notice = std::find_if(first.notices.begin(), first.notices.end(), is_it);
   ASSERT_NE(notice, first.notices.end());

@@ -6,10 +6,10 @@
 #include <set>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "tactus/geom/mesh/point_in_mesh.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -75,7 +75,7 @@ struct Wading {
 /// A real ball moves through the pool at 1 m/s.
 Wading wade(const std::string& devices_text) {
   DeviceSet devices(devices_text, 5);
-  Simulation simulation(devices, pool_scene(), make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, pool_scene(), make_synthetic_rig(), {});
   Wading result;
   for (int k = 0; k <= 6; ++k) {
     const FrameSet frame = ball_at(-0.3F + static_cast<float>(k) / 30, k / 30.0);
@@ -153,7 +153,7 @@ Flood flood(const std::string& devices_text, std::uint64_t seed, LiquidModel sol
   water.max_speed_m_s = 2.5;
   water.least_particles = 1;
   DeviceSet devices(devices_text, seed);
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   Flood result;
   simulation.step(nullptr, 0);
   const int frames = solver == LiquidModel::dfsph ? 12 : 3;
@@ -209,7 +209,7 @@ struct Motion {
   Vec3d momentum;
   double all = 0, kinetic_J = 0;
 };
-Motion motion_of(Simulation& simulation, double particle_kg) {
+Motion motion_of(test::FilmedWorld& simulation, double particle_kg) {
   Motion m;
   for (const LiquidParticle& p : simulation.liquid()->liquid().particles()) {
     const Vec3d v = vec_cast<double>(p.v_m_s);
@@ -250,7 +250,7 @@ TEST_P(DropOnBody, KeepsMomentumAndMakesNoEnergy) {
   drop.blocks.push_back({{{-2 * d, 0.33 + 0.6 * d, -2 * d}, {2 * d, 0.33 + 4.6 * d, 2 * d}}, {0.3, -1, 0}});
   drop.max_speed_m_s = 2;
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   simulation.step(nullptr, 0);
   const double particle_kg = 1000 * d * d * d;
   const Motion before = motion_of(simulation, particle_kg);
@@ -294,7 +294,7 @@ TEST_P(LiftOfCube, IsTheWeightOfTheWater) {
   cube.placement.position_m = {0, depth / 2, 0};
   scene.obstacles.push_back(cube);
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   simulation.step(nullptr, 0);
   double lift_N = 0, floor_N = 0, particles = 0;
   for (int k = 0; k < frames; ++k) {
@@ -324,7 +324,7 @@ TEST(LiquidScene, TellsWhenTheOldestLeave) {
   scene.fluid->emitters[0].radius_m = 2 * kSpacing;
   scene.fluid->max_particles = 30;
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   simulation.step(nullptr, 0);
   const StepReport report = simulation.step(nullptr, 0.2);
   EXPECT_EQ(report.liquid.here, 30);
@@ -345,7 +345,8 @@ TEST(LiquidScene, CountsBlocksBeforeItTakesMemory) {
   scene.fluid->blocks = {{{{0, 0, 0}, {0.1, 0.05, 0.1}}, {}}};
   DeviceSet devices("cpu");
   const auto message = [&] {
-    return test::message_of([&] { const Simulation simulation(devices, scene, make_synthetic_rig(), {}); });
+    return test::message_of(
+        [&] { const test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {}); });
   };
   EXPECT_EQ(message(),
             "'fluid.blocks' hold 500000000 particles at 'fluid.spacing_m' 0.0001, but 'fluid.max_particles' "
@@ -384,7 +385,7 @@ TEST(LiquidScene, RestsOnAnObstacleAsOnTheFloor) {
       plate.placement.position_m = {0, top_d * d - 0.02, 0};
     }
     DeviceSet devices("cpu");
-    Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     simulation.step(nullptr, 0);
     Rest mean;
     const int first = 20, frames = 50;
@@ -444,7 +445,7 @@ TEST(LiquidScene, AMeshObstacleIsABoxObstacle) {
                          0.5F * static_cast<float>(size_m.z)});
     }
     DeviceSet devices("cpu");
-    Simulation simulation(devices, scene, make_synthetic_rig(), assets);
+    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), assets);
     simulation.step(nullptr, 0);
     Splash result;
     const int first = 40, frames = 60;
@@ -477,13 +478,13 @@ TEST(LiquidScene, TakesMoreStepsThanTheBodies) {
   Scene scene = pool_scene();
   scene.frame.substeps = 5;
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   const StepReport report = simulation.step(nullptr, 1.0 / 30);
   EXPECT_EQ(report.substeps, 5);
   EXPECT_GT(report.liquid_steps, 5);
   scene.fluid->max_particles = 100;
   EXPECT_NE(test::message_of([&] {
-              const Simulation other(devices, scene, make_synthetic_rig(), {});
+              const test::FilmedWorld other(devices, scene, make_synthetic_rig(), {});
             }).find("fluid.max_particles"),
             std::string::npos);
 }

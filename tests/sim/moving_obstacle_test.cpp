@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/mesh/sphere_surface.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -31,7 +31,7 @@ Scene ball_and_block() {
   return scene;
 }
 
-Vec3d momentum_kg_m_s(Simulation& simulation) { return simulation.monitors()[0].momentum_kg_m_s; }
+Vec3d momentum_kg_m_s(test::FilmedWorld& simulation) { return simulation.monitors()[0].momentum_kg_m_s; }
 
 /// A chord of the mesh is inside of the ball, so its volume would be too small: it is scaled to be right.
 TEST(SphereSurface, HasTheVolumeOfTheBall) {
@@ -53,7 +53,7 @@ TEST_P(MovingObstacle, GivesTheBodyWhatItLoses) {
   TACTUS_SKIP_WITHOUT_DEVICES(GetParam());
   Scene scene = ball_and_block();
   DeviceSet devices(GetParam());
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   Vec3d given{};
   for (int f = 0; f <= 25; ++f) {
     simulation.set_pose("ball", {Mat3d::identity(), {0, 0.035 - 0.1 * kFrame_s * f, 0}});
@@ -77,7 +77,7 @@ TEST_P(MovingObstacle, FollowsKeyframesAsItFollowsAProgram) {
   keyed.obstacles[0].motion = {{0, {}, 0}, {0.5, {0.01, -0.05, 0}, 90}};
   keyed.obstacles[0].axis = {0, 0, 1};
   DeviceSet devices(GetParam());
-  Simulation a(devices, held, {}, {}), b(devices, keyed, {}, {});
+  test::FilmedWorld a(devices, held, {}, {}), b(devices, keyed, {}, {});
   for (int f = 0; f <= 25; ++f) {
     b.step(nullptr, f > 0 ? kFrame_s : 0);
     a.set_pose("ball", b.pose("ball"));
@@ -100,7 +100,7 @@ TEST_P(MovingObstacle, ThrowsTheBlockAtFiveMetresASecond) {
   scene.obstacles[0].radius_m = 0.02;
   scene.obstacles[0].placement.position_m = {0, 0.045, 0};
   DeviceSet devices(GetParam());
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   simulation.step(nullptr, 0);
   for (int f = 1; f <= 4; ++f) {
     simulation.set_pose("ball", {Mat3d::identity(), {0, 0.045 - 5 * kFrame_s * f, 0}});
@@ -116,7 +116,7 @@ TEST_P(MovingObstacle, ThrowsTheBlockAtFiveMetresASecond) {
 TEST(HeldObstacle, RefusesWrongNamesAndPoses) {
   Scene scene = ball_and_block();
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   const auto message = [&](const std::string& name, const Rigidd& pose) -> std::string {
     try {
       simulation.set_pose(name, pose);

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/synthetic_frame.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -53,7 +53,7 @@ Result fall(const std::string& devices_text) {
   FrameSet frame;
   EXPECT_EQ(source.next(frame), NextFrame::success);
   DeviceSet devices(devices_text, 5);
-  Simulation simulation(devices, table_scene(), make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, table_scene(), make_synthetic_rig(), {});
   Result result;
   for (int k = 0; k <= 40; ++k) {
     frame.time_s = k / 30.0;

@@ -4,8 +4,8 @@
 
 #include <cstdio>
 
+#include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -42,7 +42,7 @@ struct Played {
   Vec3d impulse_N_s;  ///< of what moves the body, summed
 };
 
-void note(Played& played, Simulation& simulation, const StepReport& report) {
+void note(Played& played, test::FilmedWorld& simulation, const StepReport& report) {
   played.notices += text_of(report.notices);
   played.most_substeps = std::max(played.most_substeps, report.substeps);
   played.contacts += report.contact.contacts_per_substep;
@@ -50,8 +50,8 @@ void note(Played& played, Simulation& simulation, const StepReport& report) {
   played.min_J = std::min(played.min_J, m.min_J);
   played.most_J = std::max(played.most_J, m.kinetic_J + m.elastic_J + m.hourglass_J);
   played.most_inverted = std::max(played.most_inverted, m.inverted_cubes);
-  for (const auto& motions : simulation.motion_forces_N())
-    for (const Vec3d force : motions) played.impulse_N_s += report.dt_s * force;
+  for (const auto& motions : simulation.motion_forces())
+    for (const MotionForce& f : motions) played.impulse_N_s += report.dt_s * f.force_N;
 }
 
 /// The block's top goes down by 7 cm at 2 m/s, and stays; 0.4 s.
@@ -66,7 +66,7 @@ Played press(double dt_s) {
   scene.bodies[0].moved.push_back(top);
   scene.bodies[0].contact = false;
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   Played played;
   const int frames = static_cast<int>(0.4 / dt_s + 0.5);
   for (int k = 0; k < frames; ++k) note(played, simulation, simulation.step(nullptr, dt_s));
@@ -101,7 +101,7 @@ Played strike(double speed_m_s, int most = 2000, double young_Pa = 10000) {
   scene.bodies[0].material.young_modulus_pa = young_Pa;
   scene.frame.max_substeps = most;
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   SyntheticOptions options;
   options.figure = "sphere";
   options.shape.scale = 0.6F;
@@ -146,7 +146,7 @@ TEST(OutsiderFrame, WhatStrainsNothingAsksForNoSubsteps) {
   scene.bodies.push_back(falls);
   scene.gravity_m_s2 = {0, -9.81, 0};
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   SyntheticOptions options;
   options.figure = "sphere";
   options.shape.scale = 0.3F;

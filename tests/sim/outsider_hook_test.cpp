@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -66,7 +66,7 @@ Vec3d sag_m(double spacing_m, Vec3d gravity_m_s2) {
   scene.bodies = {hook};
   scene.probes.push_back({"foot", "hook", CoordinateFrame::world, {-kRing, 1e-6, 0}});
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {.meshes = {{"hook", half_torus()}}});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {.meshes = {{"hook", half_torus()}}});
   const StepReport report = simulation.step(nullptr, 0);
   EXPECT_EQ(text_of(report.notices), "");
   return vec_cast<double>(simulation.probe_positions_m()[0]) - Vec3d{-kRing, 1e-6, 0};

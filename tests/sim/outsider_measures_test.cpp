@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -58,7 +58,7 @@ TEST(OutsiderMeasures, TheTorqueOfWhatMovesABodyIsItsChangeOfAngularMomentum) {
   all.pivot_m = Vec3d{0.03, 0, 0};
   all.path = {{1, {}, 57.29577951308232}};
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   simulation.step(nullptr, 0.01);
   const CubeLattice& lattice = simulation.bodies()[0]->shape().lattice;
   double inertia = 0;
@@ -69,7 +69,7 @@ TEST(OutsiderMeasures, TheTorqueOfWhatMovesABodyIsItsChangeOfAngularMomentum) {
     inertia += m * (arm.x * arm.x + arm.y * arm.y);
     first += m * arm;
   }
-  const Vec3d torque = simulation.motion_torques_N_m()[0][0], force = simulation.motion_forces_N()[0][0];
+  const auto [force, torque] = simulation.motion_forces()[0][0];
   EXPECT_NEAR(torque.z, inertia / 0.01, 1e-4 * inertia / 0.01);
   EXPECT_NEAR(torque.x, 0, 1e-4 * inertia / 0.01);
   // w x the mass's first moment, turned by 0.01 rad by the end of the frame.
@@ -84,7 +84,7 @@ TEST(OutsiderMeasures, DragSlowsAFallAsTheClosedForm) {
   for (const TissueModel model : {TissueModel::tled, TissueModel::flsm}) {
     scene.bodies[0].material.model = model;
     DeviceSet devices("cpu");
-    Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     double longest_s = 0;
     for (int k = 0; k < 30; ++k)
       longest_s = std::max(longest_s, 0.02 / simulation.step(nullptr, 0.02).substeps);

@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -51,7 +51,7 @@ struct Played {
 
 Played play(const Scene& scene, int frames, const std::string& devices_text = "cpu") {
   DeviceSet devices(devices_text, 3);
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   Played played;
   for (int k = 0; k <= frames; ++k)
     played.notices += text_of(simulation.step(nullptr, k == 0 ? 0 : 1.0 / 60).notices);
@@ -206,7 +206,7 @@ TEST(OutsiderSettling, ABeamBeginsAtItsStaticSag) {
     slow.bodies[0].material.drag_per_s = 6;
     scene.frame.start = FrameStart::settled;
     DeviceSet devices("cpu");
-    Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     const StepReport report = simulation.step(nullptr, 0);
     EXPECT_EQ(text_of(report.notices), "");
     EXPECT_EQ(report.substeps, 0);
@@ -304,7 +304,7 @@ TEST(OutsiderSettling, ABlockBeginsAtRestOnATable) {
   scene.bodies[0].contact = true;
   put_on_a_table(scene);
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   EXPECT_EQ(text_of(simulation.step(nullptr, 0).notices), "");
   const StepReport report = simulation.step(nullptr, 1 / 30.0);
   const double weight_N = 9.81 * 1000 * std::pow(3 * kH, 3);
@@ -335,7 +335,7 @@ TEST(OutsiderSettling, SwingsFadeByDrag) {
   scene.probes.push_back({"tip", "box", CoordinateFrame::world, {20 * kH, 2 * kH, 2 * kH}});
   settled.probes = scene.probes;
   DeviceSet devices("cpu");
-  Simulation at_rest(devices, settled, make_synthetic_rig(), {}),
+  test::FilmedWorld at_rest(devices, settled, make_synthetic_rig(), {}),
       swings(devices, scene, make_synthetic_rig(), {});
   at_rest.step(nullptr, 0);
   const double middle_m = double{at_rest.probe_positions_m()[0].y};
@@ -375,7 +375,7 @@ TEST(OutsiderSupports, ContactKeepsNodesOnTheirSupports) {
   block.fixed.push_back({half_space({0.1 * kH, 0, 0}, {1, 0, 0}), 1});
   put_on_a_table(scene);
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   StepReport report;
   for (int k = 0; k <= 60; ++k) report = simulation.step(nullptr, k == 0 ? 0 : 1.0 / 60);
   const std::vector<Vec3f> x = simulation.bodies()[0]->positions_m(devices.context(0));

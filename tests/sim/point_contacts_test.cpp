@@ -1,4 +1,4 @@
-/// Contacts of a body as data: Simulation::contacts.
+/// Contacts of a body as data: World::contacts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,8 +6,8 @@
 #include <map>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "tactus/base/error.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -62,7 +62,7 @@ TACTUS_INSTANTIATE_DEVICES(PointContacts);
 /// mass, a sum of products. One rounding more is that of weights, which add up to 1.
 TEST_P(PointContacts, OfABlockAtRestBearItsWeight) {
   DeviceSet devices(GetParam());
-  Simulation simulation(devices, block_on_table(), {}, {});
+  test::FilmedWorld simulation(devices, block_on_table(), {}, {});
   simulation.report_contacts("block");
   constexpr int kRests = 50, kFrames = 75;
   double normal_N_s = 0, momentum_y = 0;
@@ -104,7 +104,7 @@ TEST_P(PointContacts, OfABlockAtRestBearItsWeight) {
 TEST_P(PointContacts, OfAPressedBallAreWhereItsSurfaceIs) {
   DeviceSet devices(GetParam());
   Scene scene = ball_and_block();
-  Simulation asked(devices, scene, {}, {}), silent(devices, scene, {}, {});
+  test::FilmedWorld asked(devices, scene, {}, {}), silent(devices, scene, {}, {});
   asked.report_contacts("block");
   constexpr double kBall_m_s = 0.1;
   std::map<int, std::size_t> seen;  // per frame
@@ -112,7 +112,7 @@ TEST_P(PointContacts, OfAPressedBallAreWhereItsSurfaceIs) {
   int substeps = 0;
   for (int f = 0; f <= 25; ++f) {
     const Vec3d center_m = {0, 0.035 - kBall_m_s * kFrame_s * f, 0};
-    for (Simulation* simulation : {&asked, &silent})
+    for (test::FilmedWorld* simulation : {&asked, &silent})
       simulation->set_pose("ball", {Mat3d::identity(), center_m});
     const StepReport report = asked.step(nullptr, f > 0 ? kFrame_s : 0);
     silent.step(nullptr, f > 0 ? kFrame_s : 0);
@@ -156,7 +156,7 @@ Played play(const std::string& devices_text) {
   DeviceSet devices(devices_text);
   Scene scene = block_on_table();
   scene.bodies[0].shape.size_m = {0.04, 0.04, 0.32};
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   simulation.report_contacts("block");
   Played played;
   for (int f = 0; f <= 5; ++f) {
@@ -186,7 +186,7 @@ TEST(PointContactsOfBodies, AreOneSumEach) {
   BodyDescription& upper = scene.bodies.emplace_back(scene.bodies[0]);
   upper.name = "upper";
   upper.placement.position_m = {0, 0.0605, 0};
-  Simulation simulation(devices, scene, {}, {});
+  test::FilmedWorld simulation(devices, scene, {}, {});
   for (const char* name : {"block", "upper"}) simulation.report_contacts(name);
   int touched = 0;
   for (int f = 0; f <= 10; ++f) {
@@ -208,7 +208,7 @@ TEST(PointContactsOfBodies, AreOneSumEach) {
 
 TEST(PointContactsOfBodies, RefuseWrongNames) {
   DeviceSet devices("cpu");
-  Simulation simulation(devices, block_on_table(), {}, {});
+  test::FilmedWorld simulation(devices, block_on_table(), {}, {});
   try {
     simulation.report_contacts("blok");
     FAIL() << "no error";

@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/synthetic_frame.h"
 #include "tactus/rig/wire/recording_file.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -50,7 +50,7 @@ std::vector<Vec3f> replay(const std::string& path, const std::string& devices_te
   floor.point_m = {0, -0.05, 0};
   body.fixed.push_back({floor});
   scene.bodies.push_back(body);
-  Simulation simulation(devices, scene, reader.rig(), {});
+  test::FilmedWorld simulation(devices, scene, reader.rig(), {});
   FrameSet frame;
   std::string status;
   double last_s = 0;

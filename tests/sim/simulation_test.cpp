@@ -1,8 +1,9 @@
-#include "tactus/sim/simulation.h"
+#include "tactus/world/world.h"
 
 #include <gtest/gtest.h>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
@@ -62,7 +63,7 @@ struct Result {
 
 Result press(const std::string& devices_text, const Scene& scene = slab_scene()) {
   DeviceSet devices(devices_text, 5);
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   Result result;
   for (int k = 0; k <= 20; ++k) {  // 0.5 m/s down to 10 cm below the slab's top
     const double y_m = std::max(0.35 - 0.5 * k / 30, 0.2);
@@ -96,12 +97,13 @@ TEST_P(SimulationOnDevices, ABallPressesTheSlabAndEveryDeviceAgrees) {
 }
 
 /// What an overflow says to raise is a key of the scene, and enough.
-TEST(Simulation, TooLittleCapacityNamesTheKeyThatGivesIt) {
+TEST(World, TooLittleCapacityNamesTheKeyThatGivesIt) {
   DeviceSet devices("cpu");
   Scene scene = slab_scene();
   scene.reconstruction.max_vertices = 90;
   const auto status = [&] {
-    return text_of(Simulation(devices, scene, make_synthetic_rig(), {}).step(ball_frame(0.35, 0), 0).notices);
+    return text_of(
+        test::FilmedWorld(devices, scene, make_synthetic_rig(), {}).step(ball_frame(0.35, 0), 0).notices);
   };
   const std::string reported = ", capacity for 90: raise reconstruction.max_vertices to ";
   const std::string text = status();
@@ -141,11 +143,11 @@ TEST_P(SimulationOnDevices, ACoarserRateOfShapeMatchingIsPressedAsInLockStep) {
   EXPECT_NEAR(got.probes[0].y, lock_step.probes[0].y, 0.004);
 }
 
-TEST(Simulation, ARateOfShapeMatchingThatCannotBeIsRefused) {
+TEST(World, ARateOfShapeMatchingThatCannotBeIsRefused) {
   DeviceSet devices("cpu");
   const auto error_of = [&](const Scene& scene) -> std::string {
     try {
-      Simulation simulation(devices, scene, make_synthetic_rig(), {});
+      test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
       simulation.step(ball_frame(0.6, 0), 0);
       simulation.step(ball_frame(0.6, 1 / 30.0), 1 / 30.0);
     } catch (const Error& e) {
@@ -166,9 +168,9 @@ TEST(Simulation, ARateOfShapeMatchingThatCannotBeIsRefused) {
             "body 'slab': 'frame.substeps' is 100, expected a multiple of its 'matching_every', 3");
 }
 
-TEST(Simulation, WithoutContactTheSlabStaysAtRest) {
+TEST(World, WithoutContactTheSlabStaysAtRest) {
   DeviceSet devices("cpu");
-  Simulation simulation(devices, slab_scene(), make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, slab_scene(), make_synthetic_rig(), {});
   const std::vector<Vec3f> before = simulation.probe_positions_m();
   for (int k = 0; k < 5; ++k) simulation.step(ball_frame(0.6, k / 30.0), k == 0 ? 0 : 1.0 / 30);
   const std::vector<Vec3f> after = simulation.probe_positions_m();
@@ -176,7 +178,7 @@ TEST(Simulation, WithoutContactTheSlabStaysAtRest) {
     EXPECT_LT(length(after[i] - before[i]), 1e-5F);  // 2e-4 of a cube
 }
 
-TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
+TEST(World, DepthOpensTheBowlUnlessTheSceneSaysNo) {
   DeviceSet devices("cpu");
   SyntheticOptions options;
   options.figure = "bowl";
@@ -189,7 +191,7 @@ TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
   scene.probes.clear();
   const auto volume = [&](bool depth) {
     scene.reconstruction.depth = depth;
-    Simulation simulation(devices, scene, source.rig(), {});
+    test::FilmedWorld simulation(devices, scene, source.rig(), {});
     EXPECT_EQ(text_of(simulation.step(frame, 0).notices), "");
     return volume_m3(simulation.snapshot().real);
   };
@@ -197,7 +199,7 @@ TEST(Simulation, DepthOpensTheBowlUnlessTheSceneSaysNo) {
   EXPECT_GT(volume(false), 2 * volume(true));
   frame.depths_m = {DepthImage(200, 200)};
   scene.reconstruction.depth = true;
-  Simulation simulation(devices, scene, source.rig(), {});
+  test::FilmedWorld simulation(devices, scene, source.rig(), {});
   EXPECT_EQ(text_of(simulation.step(frame, 0).notices), "camera 'tof': the depth image has no valid pixel");
 }
 
@@ -214,7 +216,7 @@ TEST_P(SimulationOnDevices, TheSurfaceIsSmoothedWhereTheSceneAsksForIt) {
       {.hull = {.workspace_m = rig.workspace_m, .resolution = scene.reconstruction.resolution},
        .smoothing_steps = 4});
   alone.make(frame.silhouettes);
-  Simulation simulation(devices, scene, rig, {});
+  test::FilmedWorld simulation(devices, scene, rig, {});
   for (int k = 0; k < 3; ++k) simulation.step(frame, 1.0 / 30);  // the later ones are replayed
   const TriangleMesh seen = simulation.snapshot().real, expected = alone.download();
   EXPECT_EQ(seen.triangles, expected.triangles);
@@ -223,7 +225,7 @@ TEST_P(SimulationOnDevices, TheSurfaceIsSmoothedWhereTheSceneAsksForIt) {
   EXPECT_NE(seen.positions_m, alone.hull().download().positions_m);
 }
 
-TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
+TEST(World, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
   DeviceSet devices("cpu");
   test::SyntheticFrame seen = test::silhouettes_of("rabbit");
   const Rig& rig = seen.rig;
@@ -235,7 +237,7 @@ TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
   const auto volume = [&](bool repair, int tolerated) {
     scene.reconstruction.repair_masks = repair;
     scene.reconstruction.tolerated_views = tolerated;
-    Simulation simulation(devices, scene, rig, {});
+    test::FilmedWorld simulation(devices, scene, rig, {});
     status = text_of(simulation.step(frame, 0).notices);
     return volume_m3(simulation.snapshot().real);
   };
@@ -252,13 +254,13 @@ TEST(Simulation, AHoleInOneMaskIsRepairedOrOutvotedWhenTheSceneSaysSo) {
 }
 
 /// A probe is where it was asked for, and moves with the cube that holds it.
-TEST(Simulation, ProbesSitWhereTheyAreAskedFor) {
+TEST(World, ProbesSitWhereTheyAreAskedFor) {
   DeviceSet devices("cpu");
   Scene scene = slab_scene();
   scene.probes = {{"between", "slab", CoordinateFrame::body, {0.1, 0.013, -0.117}},
                   {"world", "slab", CoordinateFrame::world, {0.1, 0.263, -0.117}},
                   {"face", "slab", CoordinateFrame::body, {0.03, 0.05, 0.2}}};
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   const std::vector<Vec3f> at = simulation.probe_positions_m();
   // Rounding of numbers below 1 m, a few times: 1e-6.
   EXPECT_LT(length(at[0] - Vec3f{0.1F, 0.263F, -0.117F}), 1e-6F);
@@ -274,12 +276,12 @@ TEST(Simulation, ProbesSitWhereTheyAreAskedFor) {
   EXPECT_LT(length(point.point.position_m(moved) - (A * rest + Vec3f{0.01F, 0.02F, 0.03F})), 1e-6F);
 }
 
-TEST(Simulation, ProbesOutsideTheirBodyAreRefusedWithTheNearestPoint) {
+TEST(World, ProbesOutsideTheirBodyAreRefusedWithTheNearestPoint) {
   DeviceSet devices("cpu");
   Scene scene = slab_scene();
   const auto message = [&](CoordinateFrame frame, Vec3d at_m) {
     scene.probes = {{"far", "slab", frame, at_m}};
-    return test::message_of([&] { Simulation(devices, scene, make_synthetic_rig(), {}); });
+    return test::message_of([&] { test::FilmedWorld(devices, scene, make_synthetic_rig(), {}); });
   };
   EXPECT_EQ(message(CoordinateFrame::body, {0.1, 0.25, 0}),
             "probe 'far': position_m [0.1, 0.25, 0] lies 0.2 m outside body 'slab'; the nearest point of its "
@@ -292,12 +294,12 @@ TEST(Simulation, ProbesOutsideTheirBodyAreRefusedWithTheNearestPoint) {
             std::string::npos);
 }
 
-TEST(Simulation, UnknownBodyOfAProbeIsNamed) {
+TEST(World, UnknownBodyOfAProbeIsNamed) {
   DeviceSet devices("cpu");
   Scene scene = slab_scene();
   scene.probes[0].body = "slob";
   try {
-    Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     FAIL() << "accepted";
   } catch (const Error& e) {
     EXPECT_NE(std::string(e.what()).find("probe 'middle': there is no body 'slob'"), std::string::npos)

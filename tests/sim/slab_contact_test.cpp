@@ -7,10 +7,10 @@
 
 #include "contact/contact_scene.h"
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -352,7 +352,7 @@ PlayedScene play_scene(const std::string& devices_text, std::uint64_t seed) {
   SyntheticOptions options;
   options.figure = "sphere";
   options.depth = options.truth = false;
-  Simulation simulation(devices, ball_scene(), make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, ball_scene(), make_synthetic_rig(), {});
   PlayedScene played;
   FrameSet frame;
   for (int k = 0; k < 10; ++k) {
@@ -370,7 +370,7 @@ PlayedScene play_scene(const std::string& devices_text, std::uint64_t seed) {
     const std::vector<Vec3f> x = body->positions_m(devices.context(0));
     played.x_m.insert(played.x_m.end(), x.begin(), x.end());
   }
-  played.recordings = simulation.recordings();
+  played.recordings = simulation.schedule().recordings();
   played.slabs = simulation.bodies()[0]->device_count();
   EXPECT_EQ(simulation.bodies()[1]->device_count(), 1);
   return played;

@@ -1,5 +1,6 @@
 // Scenes whose bodies touch one another.
 #include "tactus/sim/body/touching_bodies.h"
+#include "support/filmed_world.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +9,6 @@
 #include "support/synthetic_frame.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -60,7 +60,7 @@ struct Result {
 
 Result play(const std::string& devices_text, const Scene& scene, int frames) {
   DeviceSet devices(devices_text, 5);
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   Result result;
   for (int k = 0; k <= frames; ++k) result.report = simulation.step(nullptr, k == 0 ? 0 : 1.0 / 30);
   for (const TriangleMesh& mesh : simulation.snapshot().bodies) result.surfaces.push_back(mesh.positions_m);
@@ -124,7 +124,7 @@ TEST(TouchingBodies, OverlapAtRestIsNamed) {
   const auto warnings = [&] {
     testing::internal::CaptureStderr();
     DeviceSet devices("cpu");
-    const Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    const test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     return testing::internal::GetCapturedStderr();
   };
   EXPECT_EQ(warnings().find("overlap"), std::string::npos);
@@ -171,7 +171,7 @@ TEST(TouchingBodies, WhatFallsQuicklyIsCaughtBySeldomCorrections) {
   scene.bodies[1].material.drag_per_s = 0;
   scene.bodies[1].placement.position_m.y = 0.6;
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   double fastest_m_s = 0, lowest_m = 2;
   for (int k = 0; k <= 30; ++k) {
     const StepReport report = simulation.step(nullptr, k == 0 ? 0 : 1.0 / 30);
@@ -189,7 +189,7 @@ TEST(TouchingBodies, SubstepsThatCorrectionsDontDivideAreNamed) {
   scene.frame.substeps = 6;
   DeviceSet devices("cpu");
   try {
-    const Simulation simulation(devices, scene, make_synthetic_rig(), {});
+    const test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     FAIL() << "not refused";
   } catch (const Error& e) {
     EXPECT_EQ(std::string(e.what()), "'frame.substeps' is 6, expected a multiple of 'contact.every', 4");

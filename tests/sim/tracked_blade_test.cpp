@@ -7,13 +7,13 @@
 #include <functional>
 #include <optional>
 
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/image/rasterize.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_noise.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -57,7 +57,7 @@ Played play(const Scene& scene, const NoiseOptions& noise, int frames) {
   Rig rig = source.rig();
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
     rig.cameras[c] = miscalibrate(rig.cameras[c], noise, static_cast<int>(c));
-  Simulation simulation(devices, scene, rig, {});
+  test::FilmedWorld simulation(devices, scene, rig, {});
   const BladeModel model = built_in_scalpel();
   const std::array<Vec3d, 2> axis_m = BladeTracker(model, rig.cameras, {0, 0.5, 0}).axis_m();
   Played played;
@@ -140,7 +140,7 @@ struct Posed {
   DeviceSet devices{"cpu", 3};
   Rig rig;
   BladeModel model = built_in_scalpel();
-  std::optional<Simulation> simulation;
+  std::optional<test::FilmedWorld> simulation;
   int frames = 0;
 
   explicit Posed(const std::function<void(BodyDescription&)>& change) {

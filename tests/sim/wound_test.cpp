@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "support/device_sets.h"
+#include "support/filmed_world.h"
 #include "support/message_of.h"
 #include "tactus/geom/mesh/point_in_mesh.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
-#include "tactus/sim/simulation.h"
 
 namespace tactus {
 namespace {
@@ -53,7 +53,7 @@ struct Flowed {
 
 Flowed flow(const std::string& devices_text) {
   DeviceSet devices(devices_text, 5);
-  Simulation simulation(devices, parse_scene(kPlug, "scenes/x.yaml"), make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, parse_scene(kPlug, "scenes/x.yaml"), make_synthetic_rig(), {});
   Flowed flowed;
   for (int k = 0; k < 21; ++k) {
     simulation.step(nullptr, 1.0 / 30);
@@ -108,7 +108,7 @@ fluid:
 )",
                             "scenes/x.yaml");
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   const auto momentum = [&](double& all) {
     all = 0;
     Vec3d sum = simulation.monitors().at(0).momentum_kg_m_s;
@@ -153,7 +153,7 @@ struct Bled {
 Bled bleed(const Scene& scene, const std::string& devices_text, int frames, double rate_m_s,
            double dt_s = 1.0 / 30) {
   DeviceSet devices(devices_text, 5);
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   Bled bled;
   for (int k = 0; k < frames; ++k) {
     // What was cut until now bleeds in the coming frame, on both sides.
@@ -259,7 +259,7 @@ fluid:
 TEST(WoundScene, TellsWhatWaitsAndShootsAsFastAsItBleeds) {
   Scene scene = bleeding_slab("    bleeding: {rate_m_s: 1}");
   DeviceSet devices("cpu");
-  Simulation simulation(devices, scene, make_synthetic_rig(), {});
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   std::vector<Notice> notices;
   StepReport report;
   for (int k = 0; k < 10; ++k) {

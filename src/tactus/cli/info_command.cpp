@@ -17,8 +17,8 @@
 #include "tactus/rig/picture_reader.h"
 #include "tactus/rig/wire/photo_coder.h"
 #include "tactus/run/frame_sources.h"
-#include "tactus/sim/simulation.h"
 #include "tactus/view/renderer.h"
+#include "tactus/world/world.h"
 
 namespace tactus {
 namespace {
@@ -77,8 +77,10 @@ void print_frame(const std::string& scene_path) {
   DeviceSet devices("cpu");
   const std::unique_ptr<FrameSource> source =
       open_frame_source(scene.source, {.colors = false, .depth = scene.reconstruction.depth});
-  const Simulation simulation(devices, scene, source->rig(), load_body_assets(scene));
-  std::fputs(simulation.frame_text().c_str(), stdout);
+  const BodyAssets assets = load_body_assets(scene);
+  const auto perception = make_perception(devices, scene, source->rig(), assets);
+  const World world(devices, scene, assets, perception.get());
+  std::fputs(world.schedule().text().c_str(), stdout);
 }
 
 }  // namespace

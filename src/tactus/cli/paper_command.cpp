@@ -302,23 +302,26 @@ void add_moments(ContactSheet& sheet, DeviceSet& devices, const std::string& nam
   const std::unique_ptr<FrameSource> source =
       open_frame_source(scene.source, {.depth = scene.reconstruction.depth});
   const BodyAssets assets = load_body_assets(scene);
-  Simulation simulation(devices, scene, source->rig(), assets);
-  RunPictures pictures(scene, source->rig(), assets, simulation, "", 30);
-  if (scene.view.show_models) pictures.show_models(element_triangles(simulation));
+  Perception perception(devices, scene, source->rig(), assets);
+  World world(devices, scene, assets, &perception);
+  RunPictures pictures(scene, source->rig(), assets, world, "", 30);
+  if (scene.view.show_models) pictures.show_models(element_triangles(world));
   FrameSet frame;
   double last_s = 0;
   for (int k = 0; k <= moments.back() && source->next(frame) == NextFrame::success; ++k) {
-    simulation.step(frame, k == 0 ? 0 : frame.time_s - last_s);
+    const double dt_s = k == 0 ? 0 : frame.time_s - last_s;
+    world.set_surface(perception.observe(&frame, dt_s));
+    world.step(dt_s);
     last_s = frame.time_s;
     if (std::find(moments.begin(), moments.end(), k) == moments.end()) continue;
-    pictures.add(simulation.snapshot(), {}, "", "");
+    pictures.add(world.snapshot(), {}, "", "");
     char caption[64];
     std::snprintf(caption, sizeof caption, "%s, %.2f s", what.c_str(), frame.time_s);
     sheet.add(pictures.picture(), caption);
     if (!close_up || k != moments.back()) continue;
     scene.view.camera = *close_up;
-    RunPictures near(scene, source->rig(), assets, simulation, "", 30);
-    near.add(simulation.snapshot(), {}, "", "");
+    RunPictures near(scene, source->rig(), assets, world, "", 30);
+    near.add(world.snapshot(), {}, "", "");
     sheet.add(near.picture(), "the incision");
   }
 }

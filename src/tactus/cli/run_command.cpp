@@ -26,8 +26,8 @@ void check_opengl() {
                 "; --view none runs the scene without pictures");
 }
 
-void print_bodies(const Simulation& simulation, bool with_devices) {
-  for (const auto& body : simulation.bodies()) {
+void print_bodies(const World& world, bool with_devices) {
+  for (const auto& body : world.bodies()) {
     log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
               std::to_string(body->contact_point_count()) + " points for contact, " + body->devices_text());
     if (with_devices) std::printf("body '%s': %s\n", body->name().c_str(), body->devices_text().c_str());
@@ -50,8 +50,9 @@ void run(const RunOptions& options) {
   DeviceSet devices(options.devices);
   std::unique_ptr<FrameSource> source = open_scene_source(scene, options.scene_path);
   const BodyAssets assets = load_body_assets(scene);
-  Simulation simulation(devices, scene, source->rig(), assets, budget_s > 0);
-  print_bodies(simulation, options.explain && devices.count() > 1);
+  const auto perception = make_perception(devices, scene, source->rig(), assets, budget_s > 0);
+  World world(devices, scene, assets, perception.get());
+  print_bodies(world, options.explain && devices.count() > 1);
 
   const std::string stem =
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
@@ -62,29 +63,29 @@ void run(const RunOptions& options) {
   if (scene.output.mesh_every > 0) sinks.meshes.emplace(scene, stem);
   if (options.view == "file") {
     check_opengl();
-    sinks.pictures.emplace(scene, source->rig(), assets, simulation, stem,
+    sinks.pictures.emplace(scene, source->rig(), assets, world, stem,
                            std::clamp(source->fps().value_or(30), 1.0, 240.0));  // a film's
   }
   if (budget_s > 0) {
-    sinks.budget.emplace(budget_s, simulation, sinks.pictures && scene.view.photographs > 0);
+    sinks.budget.emplace(budget_s, world, sinks.pictures && scene.view.photographs > 0);
     if (sinks.pictures) sinks.pictures->follow(*sinks.budget);
   }
   RunProgress progress;
   if (!options.restart_path.empty())
-    progress = read_checkpoint(options.restart_path, options.scene_path, *source, simulation);
+    progress = read_checkpoint(options.restart_path, options.scene_path, *source, world);
   RecordingFilter* recorder = nullptr;
   if (!options.record_path.empty()) {
     auto recorded = std::make_unique<RecordingFilter>(std::move(source), options.record_path);
     recorder = recorded.get();
     source = std::move(recorded);
   }
-  FrameLoop loop(*source, simulation, {.most_frames = options.frames, .should_stop = interrupted});
+  FrameLoop loop(*source, world, {.most_frames = options.frames, .should_stop = interrupted});
   loop.go_on_from(progress);
   sinks.progress.emplace(isatty(STDERR_FILENO) != 0 && log_level() == LogLevel::info);
   sinks.add_to(loop);
   loop.run();
   if (recorder != nullptr) recorder->finish();
-  finish_run(options, scene, *source, simulation, loop, sinks, stem, devices.name());
+  finish_run(options, scene, *source, world, loop, sinks, stem, devices.name());
 }
 
 }  // namespace

@@ -19,10 +19,10 @@ namespace {
 
 /// A run whose bodies were crushed says so at its end, where it is seen; one whose body blew up, by its exit
 /// code, too.
-void warn_of_strain(const CrushSink& crush, const Simulation& simulation, const RunOptions& options) {
+void warn_of_strain(const CrushSink& crush, const World& world, const RunOptions& options) {
   std::string names;
-  for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
-    const SoftBody& body = *simulation.bodies()[b];
+  for (std::size_t b = 0; b < world.bodies().size(); ++b) {
+    const SoftBody& body = *world.bodies()[b];
     if (body.is_frozen()) set_exit_code(kExitBlewUp);
     if (!crush.is_crushed(b) && !body.is_frozen()) continue;
     names += (names.empty() ? "'" : ", '") + body.name() + "'";
@@ -34,20 +34,20 @@ void warn_of_strain(const CrushSink& crush, const Simulation& simulation, const 
               " --explain' says in which frames, where and what acts there");
 }
 
-void print_table(const Simulation& simulation) {
+void print_table(const World& world) {
   std::printf("\n%-19s %10s %10s\n", "stage", "p50 [ms]", "p99 [ms]");
-  for (const std::string& stage : simulation.timings().stages()) {
-    std::printf("%-19s %10.3f %10.3f\n", stage.c_str(), simulation.timings().percentile_ms(stage, 50),
-                simulation.timings().percentile_ms(stage, 99));
+  for (const std::string& stage : world.timings().stages()) {
+    std::printf("%-19s %10.3f %10.3f\n", stage.c_str(), world.timings().percentile_ms(stage, 50),
+                world.timings().percentile_ms(stage, 99));
   }
 }
 
 void write_report(const RunOptions& options, const ReportSink& report, const FrameLoop& loop,
-                  const FrameSource& source, Simulation& simulation, const std::string& devices,
+                  const FrameSource& source, World& world, const std::string& devices,
                   const BudgetSink* budget) {
-  nlohmann::json json = report.to_json(loop, simulation, devices);
+  nlohmann::json json = report.to_json(loop, world, devices);
   json["commit"] = commit_text();
-  json["state_hash"] = state_hash(simulation);
+  json["state_hash"] = state_hash(world);
   if (const std::string links = source.links_json(); !links.empty())
     json["live"] = nlohmann::json::parse(links);
   if (budget != nullptr) json["budget"] = budget->to_json();
@@ -56,11 +56,10 @@ void write_report(const RunOptions& options, const ReportSink& report, const Fra
 
 }  // namespace
 
-void finish_run(const RunOptions& options, const Scene& scene, const FrameSource& source,
-                Simulation& simulation, const FrameLoop& loop, RunSinks& sinks, const std::string& stem,
-                const std::string& devices) {
+void finish_run(const RunOptions& options, const Scene& scene, const FrameSource& source, World& world,
+                const FrameLoop& loop, RunSinks& sinks, const std::string& stem, const std::string& devices) {
   if (!options.checkpoint_path.empty())
-    write_checkpoint(options.checkpoint_path, options.scene_path, loop.progress(), simulation);
+    write_checkpoint(options.checkpoint_path, options.scene_path, loop.progress(), world);
   if (loop.frames() == 0 && !interrupted())
     throw Error("scene '" + scene.name + "': its source gave no usable frame: " +
                 (source.status().empty() ? "no camera sent images" : source.status()));
@@ -68,16 +67,16 @@ void finish_run(const RunOptions& options, const Scene& scene, const FrameSource
     log_info("interrupted: writing the results of " + std::to_string(loop.frames()) + " frames");
   if (!source.damage().empty()) set_exit_code(kExitDamaged);
   if (sinks.pictures) sinks.pictures->finish();
-  if (scene.output.trace) simulation.timings().write_trace(stem + "-trace.json");
+  if (scene.output.trace) world.timings().write_trace(stem + "-trace.json");
   if (sinks.report)
-    write_report(options, *sinks.report, loop, source, simulation, devices,
+    write_report(options, *sinks.report, loop, source, world, devices,
                  sinks.budget ? &*sinks.budget : nullptr);
   std::printf("%s: %d frames on %s\n", scene.name.c_str(), loop.frames(), devices.c_str());
-  print_table(simulation);
-  warn_of_strain(sinks.crush, simulation, options);
+  print_table(world);
+  warn_of_strain(sinks.crush, world, options);
   if (sinks.pictures) std::printf("\npictures: %s.mp4, %s.png\n", stem.c_str(), stem.c_str());
   if (sinks.pictures && scene.output.score)
-    for (const std::string& path : write_score_pictures(scene, simulation, stem))
+    for (const std::string& path : write_score_pictures(scene, world, stem))
       std::printf("score: %s\n", path.c_str());
   if (loop.open_frames() > 0)
     throw Error(

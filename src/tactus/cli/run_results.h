@@ -37,8 +37,7 @@ struct RunSinks {
 
 /// Writes the results after the last frame: files, a table, warnings. @throws Error when no frame came, or
 /// the real surface was open.
-void finish_run(const RunOptions& options, const Scene& scene, const FrameSource& source,
-                Simulation& simulation, const FrameLoop& loop, RunSinks& sinks, const std::string& stem,
-                const std::string& devices);
+void finish_run(const RunOptions& options, const Scene& scene, const FrameSource& source, World& world,
+                const FrameLoop& loop, RunSinks& sinks, const std::string& stem, const std::string& devices);
 
 }  // namespace tactus

@@ -55,7 +55,7 @@ void describe_obstacle(FieldVisitor& v, ObstacleSetting& o) {
   v.vector_or_auto({"pivot_m", "a point on that axis, which moves along"}, o.pivot_m, kPosition,
                    "the obstacle's origin");
   v.boolean(
-      {"held", "a program says where it is (`Simulation::set_pose`); until then it is at its placement"},
+      {"held", "a program says where it is (`World::set_pose`); until then it is at its placement"},
       o.held);
   check_obstacle_motion(v, o);
   const bool mesh = o.kind == ObstacleShape::mesh;

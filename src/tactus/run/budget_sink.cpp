@@ -8,8 +8,8 @@
 namespace tactus {
 namespace {
 
-std::vector<QualityReduction> quality_reductions_of(const Simulation& simulation, bool draws_photographs) {
-  std::vector<QualityReduction> all = simulation.quality_reductions();
+std::vector<QualityReduction> quality_reductions_of(const World& world, bool draws_photographs) {
+  std::vector<QualityReduction> all = world.quality_reductions();
   if (draws_photographs) all.insert(all.begin(), QualityReduction::photographs);
   return all;
 }
@@ -18,9 +18,9 @@ std::string ms_text(double seconds) { return number_text(std::round(1e4 * second
 
 }  // namespace
 
-BudgetSink::BudgetSink(double budget_s, Simulation& simulation, bool draws_photographs)
-    : simulation_(simulation),
-      quality_reductions_(quality_reductions_of(simulation, draws_photographs)),
+BudgetSink::BudgetSink(double budget_s, World& world, bool draws_photographs)
+    : world_(world),
+      quality_reductions_(quality_reductions_of(world, draws_photographs)),
       budget_(budget_s, quality_reductions_.size()) {}
 
 void BudgetSink::frame(RunFrame& frame) {
@@ -32,7 +32,7 @@ void BudgetSink::frame(RunFrame& frame) {
   const std::size_t before = made_;
   made_ = budget_.next(frame_s, now_s());
   if (made_ == before) return;
-  simulation_.reduce_quality(std::span(quality_reductions_).first(made_));
+  world_.reduce_quality(std::span(quality_reductions_).first(made_));
   const std::string when = "after frame " + std::to_string(frame.images.tick) + ", which took " +
                            ms_text(frame_s) + " of " + ms_text(budget_.budget_s()) + ": ";
   if (made_ > before)

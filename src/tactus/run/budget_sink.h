@@ -14,7 +14,7 @@ namespace tactus {
 class BudgetSink final : public FrameSink {
  public:
   /// @param draws_photographs the run's pictures show the real surface in photographs
-  BudgetSink(double budget_s, Simulation& simulation, bool draws_photographs);
+  BudgetSink(double budget_s, World& world, bool draws_photographs);
 
   /// Notes each change of the selection.
   void frame(RunFrame& frame) override;
@@ -26,7 +26,7 @@ class BudgetSink final : public FrameSink {
   nlohmann::json to_json() const;
 
  private:
-  Simulation& simulation_;
+  World& world_;
   std::vector<QualityReduction> quality_reductions_;
   FrameBudget budget_;
   std::size_t made_ = 0;

@@ -5,7 +5,7 @@
 namespace tactus {
 
 void CrushSink::frame(RunFrame& frame) {
-  const auto& bodies = frame.simulation.bodies();
+  const auto& bodies = frame.world.bodies();
   least_volume_.resize(bodies.size(), 1.F);
   for (std::size_t b = 0; b < bodies.size(); ++b)
     least_volume_[b] = std::min(least_volume_[b], bodies[b]->strain().smallest_J);

@@ -74,8 +74,8 @@ void ExplainSink::note_body(const StepReport& report, SoftBody& body, ExecContex
 void ExplainSink::frame(RunFrame& frame) {
   const StepReport& report = frame.report;
   const std::int64_t tick = frame.images.tick;
-  for (const auto& body : frame.simulation.bodies()) {
-    if (!body->is_frozen()) note_body(report, *body, frame.simulation.context(), tick);
+  for (const auto& body : frame.world.bodies()) {
+    if (!body->is_frozen()) note_body(report, *body, frame.world.context(), tick);
   }
   for (const Notice& notice : report.notices)
     note(notice.message(), tick, 0, [&] { return notice.message(); });

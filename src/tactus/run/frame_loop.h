@@ -1,5 +1,5 @@
 #pragma once
-/// The loop over frames: a source, a simulation, and sinks that see each frame.
+/// The loop over frames: a source, a world, and sinks that see each frame.
 #include <functional>
 
 #include "tactus/run/frame_sink.h"
@@ -14,14 +14,17 @@ struct RunProgress {
   bool has_images = false;
 };
 
-/// Takes frames from a source until it ends, steps the simulation, and shows each frame to all sinks.
+/// Takes frames from a source until it ends, lets the world and its perception make them frames, and shows
+/// each frame to all sinks.
 ///
 ///   DeviceSet devices("auto");
 ///   const Scene scene = read_scene("scenes/demo.yaml");
 ///   const std::unique_ptr<FrameSource> source = open_scene_source(scene);
-///   Simulation simulation(devices, scene, source->rig(), load_body_assets(scene));
+///   const BodyAssets assets = load_body_assets(scene);
+///   const auto perception = make_perception(devices, scene, source->rig(), assets);
+///   World world(devices, scene, assets, perception.get());
 ///   MeshSink meshes(scene, "out/demo");
-///   FrameLoop loop(*source, simulation);
+///   FrameLoop loop(*source, world);
 ///   loop.add(meshes);
 ///   loop.run();
 class FrameLoop {
@@ -31,8 +34,8 @@ class FrameLoop {
     std::function<bool()> should_stop;  ///< asked before each frame; none: never
   };
   /// Keeps references to both.
-  FrameLoop(FrameSource& source, Simulation& simulation) : FrameLoop(source, simulation, Options()) {}
-  FrameLoop(FrameSource& source, Simulation& simulation, Options options);
+  FrameLoop(FrameSource& source, World& world) : FrameLoop(source, world, Options()) {}
+  FrameLoop(FrameSource& source, World& world, Options options);
 
   /// Keeps a reference. Sinks see a frame in the order in which they were added.
   void add(FrameSink& sink) { sinks_.push_back(&sink); }
@@ -54,7 +57,7 @@ class FrameLoop {
   void step(const FrameSet& frame, bool is_new);
 
   FrameSource& source_;
-  Simulation& simulation_;
+  World& world_;
   Options options_;
   std::vector<FrameSink*> sinks_;
   bool is_filmed_;

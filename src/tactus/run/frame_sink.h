@@ -3,27 +3,27 @@
 #include <memory>
 
 #include "tactus/run/run_notices.h"
-#include "tactus/sim/simulation.h"
+#include "tactus/world/world.h"
 
 namespace tactus {
 
 /// A frame that was simulated, as sinks see it. Valid during FrameSink::frame.
 class RunFrame {
  public:
-  RunFrame(Simulation& stepped, const FrameSet& seen, const StepReport& reported, RunNotices& noted)
-      : simulation(stepped), images(seen), report(reported), notices(noted) {}
+  RunFrame(World& stepped, const FrameSet& seen, const StepReport& reported, RunNotices& noted)
+      : world(stepped), images(seen), report(reported), notices(noted) {}
 
   /// The frame's surfaces and bodies for pictures, copied to the host once for all sinks. A call counts as
   /// showing the frame, for the latency of live images.
   std::shared_ptr<const FrameSnapshot> snapshot() {
     if (snapshot_ == nullptr) {
-      snapshot_ = std::make_shared<const FrameSnapshot>(simulation.snapshot());
-      if (is_new) simulation.note_shown();
+      snapshot_ = std::make_shared<const FrameSnapshot>(world.snapshot());
+      if (is_new) world.note_shown();
     }
     return snapshot_;
   }
 
-  Simulation& simulation;
+  World& world;
   const FrameSet& images;  ///< where nothing new came, only its time means something
   const StepReport& report;
   RunNotices& notices;
@@ -41,8 +41,8 @@ class FrameSink {
  public:
   virtual ~FrameSink() = default;
   /// Before the first frame. @param frame_count where it is known
-  virtual void begin(const Simulation& simulation, std::optional<int> frame_count) {
-    static_cast<void>(simulation);
+  virtual void begin(const World& world, std::optional<int> frame_count) {
+    static_cast<void>(world);
     static_cast<void>(frame_count);
   }
   virtual void frame(RunFrame& frame) = 0;

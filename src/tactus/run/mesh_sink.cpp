@@ -33,8 +33,8 @@ void MeshSink::frame(RunFrame& frame) {
 
 void StrainSink::frame(RunFrame& frame) {
   if (!is_due(frame, every_)) return;
-  ExecContext& ctx = frame.simulation.context();
-  for (const auto& body : frame.simulation.bodies())
+  ExecContext& ctx = frame.world.context();
+  for (const auto& body : frame.world.bodies())
     write_vtk(stem_ + "-" + body->name() + numbered(frame.images.tick, ".vtk"), body->shape().lattice,
               body->positions_m(ctx), body->velocities_m_s(ctx), body->strains(ctx));
 }

@@ -6,11 +6,11 @@
 
 namespace tactus {
 
-PictureSink::PictureSink(const Scene& scene, const Rig& rig, const BodyAssets& assets, Simulation& simulation,
+PictureSink::PictureSink(const Scene& scene, const Rig& rig, const BodyAssets& assets, World& world,
                          const std::string& stem, double fps)
     : wears_photographs_(scene.view.photographs > 0),
-      pictures_([&] { return std::make_unique<RunPictures>(scene, rig, assets, simulation, stem, fps); }) {
-  if (scene.view.show_models) pictures_.show_models(element_triangles(simulation));
+      pictures_([&] { return std::make_unique<RunPictures>(scene, rig, assets, world, stem, fps); }) {
+  if (scene.view.show_models) pictures_.show_models(element_triangles(world));
 }
 
 void PictureSink::frame(RunFrame& frame) {

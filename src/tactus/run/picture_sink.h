@@ -9,7 +9,7 @@ namespace tactus {
 class PictureSink final : public FrameSink {
  public:
   /// @param fps of the film @throws Error when there is no OpenGL 4.5 or the folder can't be written.
-  PictureSink(const Scene& scene, const Rig& rig, const BodyAssets& assets, Simulation& simulation,
+  PictureSink(const Scene& scene, const Rig& rig, const BodyAssets& assets, World& world,
               const std::string& stem, double fps);
   /// While it saves photographs, pictures show clay. Keeps a reference.
   void follow(const BudgetSink& budget) { budget_ = &budget; }

@@ -7,7 +7,7 @@
 
 namespace tactus {
 
-void ProgressSink::begin(const Simulation& /*simulation*/, std::optional<int> frame_count) {
+void ProgressSink::begin(const World& /*world*/, std::optional<int> frame_count) {
   frame_count_ = frame_count;
   begin_s_ = now_s();
 }

@@ -8,7 +8,7 @@ class ProgressSink final : public FrameSink {
  public:
   /// @param is_shown else frames go to the debug log alone
   explicit ProgressSink(bool is_shown) : is_shown_(is_shown) {}
-  void begin(const Simulation& simulation, std::optional<int> frame_count) override;
+  void begin(const World& world, std::optional<int> frame_count) override;
   void frame(RunFrame& frame) override;
   void end(RunNotices& notices) override;
 

@@ -25,9 +25,9 @@ std::string progress_text(int done, std::optional<int> total, double elapsed_s) 
 }
 
 std::string times_text(const RunFrame& frame) {
-  const Timings& t = frame.simulation.timings();
+  const Timings& t = frame.world.timings();
   char text[160] = "";
-  if (frame.simulation.is_filmed())
+  if (frame.world.perception() != nullptr)
     std::snprintf(text, sizeof text, "hull %.1f ms   mesh %.1f ms   ", t.last_ms("hull"), t.last_ms("mesh"));
   const std::string hull = text;
   std::snprintf(text, sizeof text, "bodies %.1f ms (%d substeps)   frame %.1f ms", t.last_ms("bodies"),

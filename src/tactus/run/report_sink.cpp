@@ -26,10 +26,10 @@ nlohmann::json monitors_json(const std::vector<std::vector<BodyMonitors>>& frame
 /// Forces and torques of prescribed motions on a body's moved regions, over the frames.
 nlohmann::json motions_json(const RunSummary& summary, std::size_t body,
                             const std::vector<MovedRegion>& moved) {
-  const auto over_frames = [body](const auto& frames, std::size_t m) {
+  const auto over_frames = [&](Vec3d MotionForce::*vector, std::size_t m) {
     nlohmann::json all = nlohmann::json::array();
-    for (const auto& frame : frames) {
-      const Vec3d f = frame[body][m];
+    for (const auto& frame : summary.motion_forces) {
+      const Vec3d f = frame[body][m].*vector;
       all.push_back({f.x, f.y, f.z});
     }
     return all;
@@ -37,8 +37,8 @@ nlohmann::json motions_json(const RunSummary& summary, std::size_t body,
   nlohmann::json json = nlohmann::json::array();
   for (std::size_t m = 0; m < moved.size(); ++m)
     json.push_back({{"name", moved[m].name},
-                    {"force_N", over_frames(summary.motion_forces_N, m)},
-                    {"torque_N_m", over_frames(summary.motion_torques_N_m, m)}});
+                    {"force_N", over_frames(&MotionForce::force_N, m)},
+                    {"torque_N_m", over_frames(&MotionForce::torque_N_m, m)}});
   return json;
 }
 
@@ -180,31 +180,29 @@ void RunSummary::add(const StepReport& report) {
 }
 
 void ReportSink::frame(RunFrame& frame) {
-  Simulation& simulation = frame.simulation;
+  World& world = frame.world;
   summary_.add(frame.report);
-  summary_.probes.push_back(simulation.probe_positions_m());
-  summary_.probe_strains.push_back(simulation.probe_strains());
-  summary_.monitors.push_back(simulation.monitors());
-  summary_.blades.push_back(simulation.tracked_blades().now());
-  summary_.motion_forces_N.push_back(simulation.motion_forces_N());
-  summary_.motion_torques_N_m.push_back(simulation.motion_torques_N_m());
+  summary_.probes.push_back(world.probe_positions_m());
+  summary_.probe_strains.push_back(world.probe_strains());
+  summary_.monitors.push_back(world.monitors());
+  if (const Perception* seen = world.perception()) summary_.blades.push_back(seen->tracked_blades().now());
+  summary_.motion_forces.push_back(world.motion_forces());
 }
 
-nlohmann::json ReportSink::to_json(const FrameLoop& loop, Simulation& simulation,
-                                   const std::string& devices) const {
+nlohmann::json ReportSink::to_json(const FrameLoop& loop, World& world, const std::string& devices) const {
   const RunSummary& summary = summary_;
   nlohmann::json json{{"scene", scene_.name}, {"devices", devices}, {"frames", loop.frames()}};
-  for (const std::string& stage : simulation.timings().stages()) {
-    json["ms"][stage] = {{"p50", simulation.timings().percentile_ms(stage, 50)},
-                         {"p99", simulation.timings().percentile_ms(stage, 99)}};
+  for (const std::string& stage : world.timings().stages()) {
+    json["ms"][stage] = {{"p50", world.timings().percentile_ms(stage, 50)},
+                         {"p99", world.timings().percentile_ms(stage, 99)}};
   }
   json["counters"] = {
       {"bad_frames", loop.bad_frames()},       {"open_frames", loop.open_frames()},
       {"substeps", summary.substeps},          {"settling_substeps", summary.settling_substeps},
       {"max_vertices", summary.max_vertices},  {"max_triangles", summary.max_triangles},
       {"pushed_out_nodes", summary.pushed_out}};
-  for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
-    const SoftBody& body = *simulation.bodies()[b];
+  for (std::size_t b = 0; b < world.bodies().size(); ++b) {
+    const SoftBody& body = *world.bodies()[b];
     json["bodies"].push_back({{"name", body.name()},
                               {"nodes", body.node_count()},
                               {"contact_points", body.contact_point_count()},
@@ -212,20 +210,20 @@ nlohmann::json ReportSink::to_json(const FrameLoop& loop, Simulation& simulation
                               {"monitors", monitors_json(summary.monitors, b)},
                               {"moved", motions_json(summary, b, scene_.bodies[b].moved)}});
   }
-  for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
-    if (!simulation.bodies()[b]->is_cuttable()) continue;
-    const SoftBody::CutState state = simulation.bodies()[b]->cut_state(simulation.context());
+  for (std::size_t b = 0; b < world.bodies().size(); ++b) {
+    if (!world.bodies()[b]->is_cuttable()) continue;
+    const SoftBody::CutState state = world.bodies()[b]->cut_state(world.context());
     json["bodies"][b]["cut"] = {
         {"parts", state.parts}, {"copies", state.copies}, {"closed_volumes_m3", state.closed_volumes_m3}};
   }
-  for (const StrokeResult& stroke : simulation.stroke_results()) json["cuts"].push_back(stroke_json(stroke));
+  for (const StrokeResult& stroke : world.stroke_results()) json["cuts"].push_back(stroke_json(stroke));
   json["monitors"] = {{"max_force_N", summary.max_force_N}, {"max_correction_m", summary.max_correction_m}};
   json["statuses"] = loop.notices().statuses();
   json["contacts"] = contacts_json(summary.contacts);
   if (!summary.blades.empty() && !summary.blades.front().empty())
     json["blades"] = blades_json(summary, scene_);
   if (scene_.fluid) json["liquid"] = liquid_json(summary, *scene_.fluid);
-  json["recordings"] = simulation.recordings();
+  json["recordings"] = world.schedule().recordings();
   json["notices"] = nlohmann::json::array();
   for (const Notice& n : loop.notices().notices())
     json["notices"].push_back(

@@ -13,17 +13,16 @@ struct RunSummary {
   int substeps = 0, settling_substeps = 0;
   Index max_vertices = 0, max_triangles = 0, pushed_out = 0;
   double max_force_N = 0, max_correction_m = 0;
-  std::vector<LiquidReport> liquid;                                 ///< per frame
-  std::vector<int> liquid_steps;                                    ///< per frame
-  std::vector<double> liquid_waiting_ml;                            ///< per frame
-  std::vector<std::vector<LiquidReaction>> liquid_forces;           ///< per frame
-  std::vector<std::vector<BodyContact>> contacts;                   ///< per frame
-  std::vector<std::vector<TrackedBlade>> blades;                    ///< per frame, those that are tracked
-  std::vector<std::vector<Vec3f>> probes;                           ///< per frame, in the scene's order
-  std::vector<std::vector<CubeStrain>> probe_strains;               ///< likewise
-  std::vector<std::vector<BodyMonitors>> monitors;                  ///< per frame and body
-  std::vector<std::vector<std::vector<Vec3d>>> motion_forces_N;     ///< per frame, body and moved region
-  std::vector<std::vector<std::vector<Vec3d>>> motion_torques_N_m;  ///< likewise
+  std::vector<LiquidReport> liquid;                                  ///< per frame
+  std::vector<int> liquid_steps;                                     ///< per frame
+  std::vector<double> liquid_waiting_ml;                             ///< per frame
+  std::vector<std::vector<LiquidReaction>> liquid_forces;            ///< per frame
+  std::vector<std::vector<BodyContact>> contacts;                    ///< per frame
+  std::vector<std::vector<TrackedBlade>> blades;                     ///< per frame, those that are tracked
+  std::vector<std::vector<Vec3f>> probes;                            ///< per frame, in the scene's order
+  std::vector<std::vector<CubeStrain>> probe_strains;                ///< likewise
+  std::vector<std::vector<BodyMonitors>> monitors;                   ///< per frame and body
+  std::vector<std::vector<std::vector<MotionForce>>> motion_forces;  ///< per frame, body and moved region
 
   void add(const StepReport& report);
 };
@@ -34,7 +33,7 @@ class ReportSink final : public FrameSink {
   explicit ReportSink(const Scene& scene) : scene_(scene) {}
   void frame(RunFrame& frame) override;
   /// @param loop that showed its frames to this sink @param devices their names
-  nlohmann::json to_json(const FrameLoop& loop, Simulation& simulation, const std::string& devices) const;
+  nlohmann::json to_json(const FrameLoop& loop, World& world, const std::string& devices) const;
 
  private:
   Scene scene_;

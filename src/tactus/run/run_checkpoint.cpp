@@ -25,16 +25,16 @@ std::uint64_t hash_of_scene(const std::string& path) { return fnv1a(read_file(pa
 }  // namespace
 
 void write_checkpoint(const std::string& path, const std::string& scene_path, const RunProgress& progress,
-                      Simulation& simulation) {
+                      World& world) {
   StateArchive a;
   RunState state{hash_of_scene(scene_path), progress.taken, progress.last_time_s};
   archive(a, state);
-  simulation.archive(a, nullptr);
+  world.archive(a, nullptr);
   write_file(path, a.bytes());
 }
 
 RunProgress read_checkpoint(const std::string& path, const std::string& scene_path, FrameSource& source,
-                            Simulation& simulation) {
+                            World& world) {
   StateArchive a(read_file(path, kMaxMeshBytes), path);
   RunState state;
   archive(a, state);
@@ -55,7 +55,7 @@ RunProgress read_checkpoint(const std::string& path, const std::string& scene_pa
   progress.last_time_s = state.last_time_s;
   progress.has_time = state.taken > 0;
   progress.has_images = last.has_value();
-  simulation.archive(a, last ? &*last : nullptr);
+  world.archive(a, last ? &*last : nullptr);
   return progress;
 }
 

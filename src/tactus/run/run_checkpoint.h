@@ -8,10 +8,10 @@ namespace tactus {
 
 /// After the last frame. @throws Error when the file can't be written.
 void write_checkpoint(const std::string& path, const std::string& scene_path, const RunProgress& progress,
-                      Simulation& simulation);
+                      World& world);
 /// Before the first: reads the frames of the source that were taken, and takes over the state after them.
 /// @throws Error naming the difference: another scene, another program's file, a source that ends before.
 RunProgress read_checkpoint(const std::string& path, const std::string& scene_path, FrameSource& source,
-                            Simulation& simulation);
+                            World& world);
 
 }  // namespace tactus

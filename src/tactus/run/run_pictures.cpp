@@ -98,11 +98,11 @@ constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 
 
 }  // namespace
 
-RunPictures::RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets,
-                         const Simulation& simulation, const std::string& stem, double fps)
+RunPictures::RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets, const World& world,
+                         const std::string& stem, double fps)
     : scene_(scene),
       renderer_({.width_px = scene.view.size_px.x, .height_px = scene.view.size_px.y}),
-      camera_(view_camera(scene.view, what_there_is(rig, scene, simulation.bodies()))),
+      camera_(view_camera(scene.view, what_there_is(rig, scene, world.bodies()))),
       sheet_path_(stem + ".png") {
   if (scene.output.video)
     video_ = std::make_unique<VideoWriter>(stem + ".mp4", scene.view.size_px.x, scene.view.size_px.y, fps);
@@ -128,12 +128,12 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& a
   still_meshes_ = view_.meshes.size();
   still_lines_ = view_.lines.size();
   still_labels_ = view_.labels.size();
-  if (scene.view.photographs > 0) {
+  if (scene.view.photographs > 0 && world.perception() != nullptr) {
     photos_ = std::make_shared<ViewPhotos>(
         ViewPhotos{.cameras = rig.cameras,
                    .images = {},
                    .k = std::min(scene.view.photographs, static_cast<int>(rig.cameras.size())),
-                   .voxel_size_m = simulation.hull().voxel_size_m(),
+                   .voxel_size_m = world.perception()->hull().voxel_size_m(),
                    .center_m = rig.workspace_m.center()});
   }
 }
@@ -192,9 +192,9 @@ void RunPictures::finish() {
   if (sheet_ && frames_ > 0) write_png(sheet_path_, sheet_->image());
 }
 
-std::vector<std::vector<std::uint8_t>> element_triangles(Simulation& simulation) {
+std::vector<std::vector<std::uint8_t>> element_triangles(World& world) {
   std::vector<std::vector<std::uint8_t>> all;
-  for (const auto& body : simulation.bodies()) all.push_back(body->element_triangles(simulation.context()));
+  for (const auto& body : world.bodies()) all.push_back(body->element_triangles(world.context()));
   return all;
 }
 

@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "tactus/sim/simulation.h"
 #include "tactus/view/image_files.h"
 #include "tactus/view/renderer.h"
+#include "tactus/world/world.h"
 
 namespace tactus {
 
@@ -13,7 +13,7 @@ namespace tactus {
 class RunPictures {
  public:
   /// @throws Error when there is no OpenGL 4.5 or the folder can't be written.
-  RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets, const Simulation& simulation,
+  RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets, const World& world,
               const std::string& stem, double fps);
 
   /// Colours bodies by their model of deformation: per body and triangle of its surface, 1 where elements
@@ -45,6 +45,6 @@ class RunPictures {
 };
 
 /// For show_models.
-std::vector<std::vector<std::uint8_t>> element_triangles(Simulation& simulation);
+std::vector<std::vector<std::uint8_t>> element_triangles(World& world);
 
 }  // namespace tactus

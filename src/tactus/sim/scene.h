@@ -263,7 +263,7 @@ struct ObstacleSetting {
   std::vector<MotionKeyDescription> motion;  ///< keyframes, from its placement; empty: it stands still
   Vec3d axis = {0, 1, 0};                    ///< of their angles, world
   std::optional<Vec3d> pivot_m;              ///< on the axis; none: where its origin is placed
-  bool held = false;                         ///< a program sets its pose (Simulation::set_pose)
+  bool held = false;                         ///< a program sets its pose (World::set_pose)
 
   bool moves() const { return held || !motion.empty(); }
 };

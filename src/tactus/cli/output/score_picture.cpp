@@ -251,18 +251,18 @@ ColorImage score_picture(const SoftBody& body, Vec3f color, const Strokes& strok
 
 }  // namespace
 
-std::vector<std::string> write_score_pictures(const Scene& scene, const Simulation& simulation,
+std::vector<std::string> write_score_pictures(const Scene& scene, const World& world,
                                               const std::string& stem) {
   std::vector<std::string> paths;
-  const Strokes all = simulation.stroke_results();
+  const Strokes all = world.stroke_results();
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const SoftBody& body = *simulation.bodies()[b];
+    const SoftBody& body = *world.bodies()[b];
     Strokes strokes;
     std::copy_if(all.begin(), all.end(), std::back_inserter(strokes),
                  [&](const StrokeResult& s) { return s.score.body == body.name(); });
     if (strokes.empty()) continue;
     std::vector<const PlannedLine*> plans;
-    for (const PlannedLine& plan : simulation.plans())
+    for (const PlannedLine& plan : world.plans())
       if (plan.body() == body.name()) plans.push_back(&plan);
     paths.push_back(stem + "-" + body.name() + "-score.png");
     write_png(paths.back(), score_picture(body, vec_cast<float>(scene.bodies[b].colour), strokes, plans));

@@ -1,4 +1,4 @@
-#include "tactus/sim/obstacle_watch.h"
+#include "tactus/world/obstacle_watch.h"
 
 #include <algorithm>
 #include <array>

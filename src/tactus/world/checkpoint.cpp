@@ -1,31 +1,13 @@
-// State of a simulation between two frames.
+// State of a world between two frames.
 #include <algorithm>
 
 #include "tactus/base/error.h"
-#include "tactus/sim/simulation.h"
+#include "tactus/world/world.h"
 
 namespace tactus {
 
-void SoftBody::archive(StateArchive& a) {
-  a.set_owner("body '" + name() + "'");
-  tissue_.archive(a);
-  points_.archive(a);
-  a.value("strain", strain_);
-  a.value("node check", node_check_);
-  a.value("motion", motion_);
-  a.value("whether it blew up", is_frozen_);
-  a.value("whether it was inverted", was_inverted_);
-  if (!a.reads()) return;
-  a.check(strain_.fastest_cube >= 0 && strain_.fastest_cube < shape_.lattice.cube_count() &&
-              strain_.smallest_cube >= 0 && strain_.smallest_cube < shape_.lattice.cube_count(),
-          "strain");
-  a.check(node_check_.fastest_node >= -1 && node_check_.fastest_node < node_count(), "node check");
-  tissue_.set_spin(motion_.spin_rad_s);
-  if (is_frozen_) tissue_.stop();
-}
-
 /// Cuts come before the state of the nodes and cubes that they made: lists and places follow the same cuts.
-void Simulation::archive_cuts(StateArchive& a) {
+void World::archive_cuts(StateArchive& a) {
   if (scene_.blades.empty()) return;
   for (const BladeDescription& blade : scene_.blades)
     if (blade.tracked)
@@ -50,7 +32,7 @@ void Simulation::archive_cuts(StateArchive& a) {
 }
 
 /// Archives the results of the blades' strokes so far.
-void Simulation::archive_scores(StateArchive& a) {
+void World::archive_scores(StateArchive& a) {
   constexpr Index kMostStrokes = 1 << 20, kMostSteps = 1 << 20;
   auto count = static_cast<Index>(cuts_.size());
   a.value("cuts", count);
@@ -88,11 +70,14 @@ void Simulation::archive_scores(StateArchive& a) {
   }
 }
 
-void Simulation::archive(StateArchive& a, const FrameSet* last) {
+void World::archive(StateArchive& a, const FrameSet* last) {
   if (a.reads()) {
     is_settled_ = true;
     energy_watch_.turn_off();  // its bodies' strain energy isn't known
-    if (last != nullptr) step(last, 0);
+    if (last != nullptr && perception_ != nullptr) {
+      set_surface(perception_->observe(last, 0));
+      step(0);
+    }
   }
   devices_.synchronize();
   a.set_owner("devices");
@@ -107,7 +92,8 @@ void Simulation::archive(StateArchive& a, const FrameSet* last) {
   a.value("last substep", last_substep_s_);
   a.value("last frame", last_dt_s_);
   a.value("whether there is a surface", has_surface_);
-  a.value("tick", tick_);
+  a.check(!has_surface_ || perception_ != nullptr, "whether there is a surface");
+  a.value("tick", seen_.tick);
   a.value("choice of substeps", substep_choice_);
   std::vector<Reach> speeds = component_speeds_;
   auto count = static_cast<Index>(speeds.size());
@@ -117,9 +103,9 @@ void Simulation::archive(StateArchive& a, const FrameSet* last) {
   a.check(count >= 0 && count <= kComponents, "fast components");
   speeds.resize(static_cast<std::size_t>(count));
   component_speeds_ = speeds;
-  for (int p = 0; p < world_.count(); ++p) {
+  for (int p = 0; p < colliders_.count(); ++p) {
     a.set_owner("real surface");
-    world_.part(p).surface.archive(devices_.context(p), a);
+    colliders_.part(p).surface.archive(devices_.context(p), a);
   }
   moving_obstacles_.archive(a);
   archive_cuts(a);

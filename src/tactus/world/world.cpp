@@ -1,4 +1,4 @@
-#include "tactus/sim/simulation.h"
+#include "tactus/world/world.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,46 +6,10 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
-#include "tactus/sim/start_check.h"
+#include "tactus/world/start_check.h"
 
 namespace tactus {
 namespace {
-
-/// Without cameras no image ever comes, and the reconstruction is as small as can be.
-std::vector<Camera> cameras_or_one(const Rig& rig) {
-  if (!rig.cameras.empty()) return rig.cameras;
-  return {look_at({0, 0, 1}, {}, {0, 1, 0}, 8, 8, 8)};
-}
-
-HullOptions hull_options(const Scene& scene, const Rig& rig) {
-  HullOptions options;
-  if (rig.cameras.empty()) {
-    options.workspace_m = {{-0.1F, -0.1F, -0.1F}, {0.1F, 0.1F, 0.1F}};
-    options.resolution = 4;
-    return options;
-  }
-  options.workspace_m = rig.workspace_m;
-  options.slack_px = rig.slack_px;
-  if (const auto& box = scene.reconstruction.workspace_m) {
-    options.workspace_m = {vec_cast<float>(box->min_m), vec_cast<float>(box->max_m)};
-  }
-  options.resolution = scene.reconstruction.resolution;
-  options.depth_jump_m = static_cast<float>(scene.reconstruction.depth_jump_m);
-  options.tolerated_views = scene.reconstruction.tolerated_views;
-  options.min_views = scene.reconstruction.min_views;
-  options.max_active_bricks = scene.reconstruction.max_active_bricks;
-  options.max_vertices = scene.reconstruction.max_vertices;
-  options.max_triangles = scene.reconstruction.max_triangles;
-  // Contact's samples before thinning, two for each triangle of which a vertex has two: about 150 bytes each.
-  options.beside_vertex_bytes = 600;
-  return options;
-}
-
-/// With voxels twice as large.
-HullOptions coarse(HullOptions options) {
-  options.resolution = ceil_div(options.resolution, 2);
-  return options;
-}
 
 std::vector<std::string> names_of(const std::vector<BodyDescription>& bodies) {
   std::vector<std::string> names;
@@ -53,26 +17,36 @@ std::vector<std::string> names_of(const std::vector<BodyDescription>& bodies) {
   return names;
 }
 
-std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
-  if (!scene.reconstruction.depth) return {};
-  return rig.depth_cameras;
-}
-
-float sample_spacing_m(const Scene& scene, float voxel_size_m) {
+/// Between samples of the real surface; without bodies, by its voxels, and without cameras nothing is
+/// sampled.
+float sample_spacing_m(const Scene& scene, const Perception* perception) {
   if (scene.contact.sample_spacing_m) return static_cast<float>(*scene.contact.sample_spacing_m);
+  const float voxel_size_m = perception != nullptr ? perception->voxel_size_m() : 0.05F;
   double spacing =
       scene.bodies.empty() ? 2 * static_cast<double>(voxel_size_m) : scene.bodies.front().spacing_m;
   for (const BodyDescription& body : scene.bodies) spacing = std::min(spacing, body.spacing_m);
   return static_cast<float>(spacing);
 }
 
-RealSurfaceSettings surface_settings(const MeshView& mesh, float spacing_m) {
+RealSurfaceSettings surface_settings(const Perception* perception, float spacing_m) {
   RealSurfaceSettings settings;
   settings.sample_spacing_m = spacing_m;
+  if (perception == nullptr) {  // the least that can be
+    settings.max_vertices = settings.max_triangles = settings.max_raw_samples = settings.max_samples = 64;
+    return settings;
+  }
+  const MeshView mesh = perception->surface();
   settings.max_vertices = mesh.positions_m.size();
   settings.max_triangles = mesh.triangles.size();
   settings.max_raw_samples = std::max(settings.max_raw_samples, 2 * mesh.triangles.size());
   return settings;
+}
+
+/// All that bodies touch: the scene's, and tools that cameras see.
+std::vector<ObstacleDescription> touched_obstacles(const Scene& scene, const BodyAssets& assets,
+                                                   const Perception* perception) {
+  std::vector<ObstacleDescription> all = obstacle_descriptions(scene, assets);
+  return perception != nullptr ? perception->tracked_blades().after(std::move(all)) : all;
 }
 
 /// Such bodies are on the first device.
@@ -101,39 +75,27 @@ void add(ColliderReaction& sum, const ColliderReaction& r) {
 
 }  // namespace
 
-Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets,
-                       bool can_save)
+World::World(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, Perception* perception)
     : devices_(devices),
       scene_(scene),
-      is_filmed_(!rig.cameras.empty()),
-      fine_surface_(devices, cameras_or_one(rig), depth_cameras(scene, rig),
-                    {.hull = hull_options(scene, rig), .smoothing_steps = scene.reconstruction.smooth}),
-      coarse_surface_(can_save ? std::make_unique<SurfacePipeline>(
-                                     devices, cameras_or_one(rig), depth_cameras(scene, rig),
-                                     SurfaceOptions{.hull = coarse(hull_options(scene, rig)),
-                                                    .smoothing_steps = scene.reconstruction.smooth})
-                               : nullptr),
-      hull_check_(devices.context(0), cameras_or_one(rig), hull_options(scene, rig).workspace_m,
-                  fine_surface_.voxel_size_m(), !depth_cameras(scene, rig).empty()),
-      uses_depth_(!depth_cameras(scene, rig).empty()),
-      sample_spacing_m_(sample_spacing_m(scene, fine_surface_.voxel_size_m())),
+      perception_(perception),
+      sample_spacing_m_(sample_spacing_m(scene, perception)),
       bodies_([&] {
         std::vector<std::unique_ptr<SoftBody>> bodies;
         for (const BodyDescription& body : scene.bodies)
           bodies.push_back(std::make_unique<SoftBody>(devices, body, assets, touches_bodies(scene, body)));
         return bodies;
       }()),
-      tracked_blades_(scene, assets, rig),
       moving_obstacles_(scene, obstacle_descriptions(scene, assets)),
       obstacle_watch_(still_ones(obstacle_descriptions(scene, assets))),
       energy_watch_(make_energy_watch()),
       contact_log_(names_of(scene.bodies)),
-      world_(devices, std::max(devices_that_touch(bodies_), SceneLiquid::part_count(devices, scene)),
-             surface_settings(fine_surface_.surface(), sample_spacing_m_),
-             {.restitution = static_cast<float>(scene.contact.restitution),
-              .friction = static_cast<float>(scene.contact.friction),
-              .response = scene.contact.response},
-             tracked_blades_.after(obstacle_descriptions(scene, assets))),
+      colliders_(devices, std::max(devices_that_touch(bodies_), SceneLiquid::part_count(devices, scene)),
+                 surface_settings(perception, sample_spacing_m_),
+                 {.restitution = static_cast<float>(scene.contact.restitution),
+                  .friction = static_cast<float>(scene.contact.friction),
+                  .response = scene.contact.response},
+                 touched_obstacles(scene, assets, perception)),
       touching_(devices.context(0), bodies_, scene.contact, scene.frame),
       readback_(devices),
       schedule_(devices),
@@ -141,9 +103,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       is_settled_(scene.frame.start == FrameStart::undeformed),
       timings_(scene.output.trace) {
   check_settles();
-  if (scene.reconstruction.repair_masks && is_filmed_)
-    view_scores_.emplace(devices.context(0), rig.cameras,
-                         ViewScoreOptions{.workspace_m = hull_options(scene, rig).workspace_m});
+  if (perception != nullptr) seen_.tools = perception->tracked_blades().motions();
   for (const ProbeDescription& probe : scene.probes) add_probe(probe);
   add_plans();
   for (const BodyDescription& body : scene.bodies) {
@@ -152,7 +112,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   start_notices_ = overlaps_at_start(scene, bodies_, still_ones(obstacle_descriptions(scene, assets)));
-  if (is_filmed_) report_far_bodies(scene, bodies_, hull_options(scene, rig).workspace_m, start_notices_);
+  if (perception != nullptr) report_far_bodies(scene, bodies_, perception->workspace_m(), start_notices_);
   if (scene.fluid)
     liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_,
                                             still_ones(obstacle_descriptions(scene, assets)));
@@ -161,7 +121,7 @@ Simulation::Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, c
   devices_.synchronize();
 }
 
-void Simulation::add_probe(const ProbeDescription& probe) {
+void World::add_probe(const ProbeDescription& probe) {
   const auto body = std::find_if(scene_.bodies.begin(), scene_.bodies.end(),
                                  [&](const BodyDescription& b) { return b.name == probe.body; });
   if (body == scene_.bodies.end())
@@ -181,22 +141,20 @@ void Simulation::add_probe(const ProbeDescription& probe) {
   probes_.push_back({index, embedded.point, strain_at_point(bodies_[index]->shape(), embedded.point)});
 }
 
-void Simulation::add_stages() {
-  const StageDevices touching = world_.count() > 1 ? StageDevices::all : StageDevices::first;
+void World::add_stages() {
+  const StageDevices touching = colliders_.count() > 1 ? StageDevices::all : StageDevices::first;
   add_surface_stages(touching);
   schedule_.add({.name = "contact/begin",
                  .timed_as = "begin",
                  .rate = Rate::before,
                  .devices = touching,
                  .writes = {"contact/poses"},
-                 .submit = [this](BlockPlace) { world_.begin_frame(schedule_.frame()); }});
+                 .submit = [this](BlockPlace) { colliders_.begin_frame(schedule_.frame()); }});
   for (auto& body : bodies_)
-    body->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
-  touching_.add_stages(schedule_, readback_, world_.part(0).contact);
-  if (liquid_) liquid_->add_stages(schedule_, readback_, world_, vec_cast<float>(scene_.gravity_m_s2));
-  fine_surface_.hull().add_reports(readback_);
-  if (coarse_surface_) coarse_surface_->hull().add_reports(readback_);
-  surface_report_ = readback_.add(world_.first().surface.report_view());
+    body->add_stages(schedule_, readback_, colliders_, vec_cast<float>(scene_.gravity_m_s2));
+  touching_.add_stages(schedule_, readback_, colliders_.part(0).contact);
+  if (liquid_) liquid_->add_stages(schedule_, readback_, colliders_, vec_cast<float>(scene_.gravity_m_s2));
+  surface_report_ = readback_.add(colliders_.first().surface.report_view());
   Stage read{.name = "frame/read back",
              .timed_as = "read back",
              .rate = Rate::end,
@@ -211,25 +169,27 @@ void Simulation::add_stages() {
   schedule_.add(std::move(read));
 }
 
-StepReport Simulation::step(const FrameSet* frame, double dt_s) {
+StepReport World::step(double dt_s) {
+  const double begin_s = now_s();
   timings_.begin_frame();
-  const StageTimer whole(timings_, "frame");
   StepReport report;
   report.notices = std::exchange(start_notices_, {});
+  const double observe_s = seen_.is_new ? seen_.observe_s : 0;
   if (!std::exchange(is_settled_, true)) settle(report);
-  FrameTimes times = clock_.next(dt_s, frame != nullptr || !is_filmed_);
+  FrameTimes times = clock_.next(dt_s, seen_.is_new || perception_ == nullptr);
   report.dt_s = last_dt_s_ = times.dt_s;
   std::move(times.notices.begin(), times.notices.end(), std::back_inserter(report.notices));
-  bool has_new_images = frame != nullptr;
-  if (has_new_images) {
-    begin_quality();
-    has_surface_ = true;
-    incoming_ = frame;
-    masks_ = follow_blades(silhouettes(*frame, report.notices), *frame, times.dt_capture_s, report.notices);
-    tick_ = frame->tick;
-    captured_s_ = frame->captured_s > 0 ? frame->captured_s : now_s();
-    released_s_ = frame->captured_s > 0 ? frame->released_s : 0;
-  }
+  const bool is_new = begin_images(report);
+  run_parts(times, is_new, report);
+  cut_bodies(clock_.simulated_s() - times.dt_s, clock_.simulated_s(), report);
+  collect(report);
+  if (is_new) note_latency();
+  timings_.add("frame", begin_s - observe_s, now_s());
+  return report;
+}
+
+/// The frame's parts, one after the other.
+void World::run_parts(const FrameTimes& times, bool has_new_images, StepReport& report) {
   move_tools(times, has_new_images);
   contact_log_.begin_frame();
   part_ = 0;
@@ -255,14 +215,9 @@ StepReport Simulation::step(const FrameSet* frame, double dt_s) {
     report.liquid_steps += part.liquid_steps;
   }
   if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
-  cut_bodies(frame_begin_s, clock_.simulated_s(), report);
-  collect(report);
-  if (frame != nullptr) note_latency();
-  return report;
 }
 
-void Simulation::run_part(const FrameTimes& times, const FramePart& part, double begin_s,
-                          bool has_new_images) {
+void World::run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images) {
   const auto dt_substep_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.substeps, 1));
   const double begin_run_s = now_s();
   schedule_.run({.dt_s = dt_substep_s,
@@ -276,9 +231,7 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
                 {.count = part.liquid_steps,
                  .dt_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.liquid_steps, 1)),
                  .variant = liquid_ ? liquid_->variant() : 0});
-  if (has_new_images && !is_reduced(QualityReduction::hull))  // while the devices work
-    hull_check_.prepare(incoming_->silhouettes,
-                        tracked_blades_.empty() ? std::span<const BitMask>() : masks_);
+  if (has_new_images) perception_->prepare_check();  // while the devices work
   if (part.substeps > 0) last_substep_s_ = dt_substep_s;
   schedule_.finish(timings_);
   if (liquid_) liquid_->balance(readback_);
@@ -301,7 +254,7 @@ void Simulation::run_part(const FrameTimes& times, const FramePart& part, double
 
 /// Whether the bodies can't be stepped before it is known how the new surface moves: it was still, or
 /// unknown, or it was that fast.
-bool Simulation::must_look_first(double dt_s) const {
+bool World::must_look_first(double dt_s) const {
   if (scene_.frame.substeps || !(dt_s > 0)) return false;
   return std::any_of(bodies_.begin(), bodies_.end(), [&](const auto& body) {
     const double moved_m = surface_m_s() * dt_s;
@@ -311,7 +264,7 @@ bool Simulation::must_look_first(double dt_s) const {
 }
 
 /// Fills the report from the frame's records.
-void Simulation::collect(StepReport& report) {
+void World::collect(StepReport& report) {
   const auto warn = [&](const char* code, const std::string& text, const std::string& remedy = "") {
     if (!text.empty()) report.notices.push_back({code, Severity::warning, text, remedy});
   };
@@ -324,14 +277,7 @@ void Simulation::collect(StepReport& report) {
     warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
   watch_bodies(report);
   if (!has_surface_) return;
-  report.hull = hull().report(readback_);
-  if (const auto& overflow = report.hull.overflow)
-    warn("hull.overflow", overflow->text("reconstruction." + overflow->option));
-  warn("hull.depth", report.hull.depth);
-  // A hull that lacks capacity is open, which is no fault of the rig.
-  if (incoming_ != nullptr && !report.hull.overflow && !is_reduced(QualityReduction::hull))
-    warn("hull.check", hull_check_.report(devices_.context(0)));
-  incoming_ = nullptr;
+  report.hull = perception_->report(readback_, report.notices);
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   if (const Index dropped = surface.dropped_raw_samples + surface.dropped_samples; dropped > 0) {
     warn("surface.overflow", std::to_string(dropped) + " samples of the real surface were dropped",
@@ -341,12 +287,12 @@ void Simulation::collect(StepReport& report) {
 }
 
 /// The reactions of one body to one thing in several parts of a frame become one.
-void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& report) {
+void World::collect_bodies(double dt_frame_s, int substeps, StepReport& report) {
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   const auto name_of = [&](Index collider) {
     if (collider < kComponents) return std::to_string(surface.components.component[collider].label);
     if (collider < kColliders)
-      return world_.first().obstacles.names().at(static_cast<std::size_t>(collider - kComponents));
+      return colliders_.first().obstacles.names().at(static_cast<std::size_t>(collider - kComponents));
     return bodies_.at(static_cast<std::size_t>(collider - kColliders))->name();
   };
   if (liquid_) liquid_->add_forces(readback_, name_of, dt_frame_s, report.liquid_forces);
@@ -372,7 +318,7 @@ void Simulation::collect_bodies(double dt_frame_s, int substeps, StepReport& rep
   }
 }
 
-void Simulation::log_points(std::size_t body, const std::function<std::string(Index)>& name_of) {
+void World::log_points(std::size_t body, const std::function<std::string(Index)>& name_of) {
   const auto obstacles = static_cast<Index>(scene_.obstacles.size());  // blades follow them
   for (const ContactPoint& p : bodies_[body]->contacts()) {
     const ColliderKind kind = p.collider < kComponents               ? ColliderKind::component
@@ -383,7 +329,7 @@ void Simulation::log_points(std::size_t body, const std::function<std::string(In
   }
 }
 
-void Simulation::add_contact(const BodyContact& contact, StepReport& report) {
+void World::add_contact(const BodyContact& contact, StepReport& report) {
   const auto known = std::find_if(report.contacts.begin(), report.contacts.end(), [&](const BodyContact& c) {
     return c.body == contact.body && c.component == contact.component;
   });
@@ -393,25 +339,24 @@ void Simulation::add_contact(const BodyContact& contact, StepReport& report) {
     add(known->reaction, contact.reaction);
 }
 
-std::vector<BodyMonitors> Simulation::monitors() {
+std::vector<BodyMonitors> World::monitors() {
   std::vector<BodyMonitors> all;
   for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0), last_substep_s_));
   return all;
 }
 
-std::vector<std::vector<Vec3d>> Simulation::motion_forces_N() {
-  std::vector<std::vector<Vec3d>> all;
-  for (const auto& body : bodies_) all.push_back(body->motion_forces_N(last_dt_s_));
+std::vector<std::vector<MotionForce>> World::motion_forces() {
+  std::vector<std::vector<MotionForce>> all;
+  for (const auto& body : bodies_) {
+    const std::vector<Vec3d> forces_N = body->motion_forces_N(last_dt_s_),
+                             torques_N_m = body->motion_torques_N_m(last_dt_s_);
+    std::vector<MotionForce>& of_body = all.emplace_back();
+    for (std::size_t m = 0; m < forces_N.size(); ++m) of_body.push_back({forces_N[m], torques_N_m[m]});
+  }
   return all;
 }
 
-std::vector<std::vector<Vec3d>> Simulation::motion_torques_N_m() {
-  std::vector<std::vector<Vec3d>> all;
-  for (const auto& body : bodies_) all.push_back(body->motion_torques_N_m(last_dt_s_));
-  return all;
-}
-
-std::vector<Vec3f> Simulation::probe_positions_m() {
+std::vector<Vec3f> World::probe_positions_m() {
   std::vector<Vec3f> positions;
   for_each_probe([&](const Probe& probe, std::span<const Vec3f> x_m) {
     positions.push_back(probe.point.position_m(x_m));
@@ -419,7 +364,7 @@ std::vector<Vec3f> Simulation::probe_positions_m() {
   return positions;
 }
 
-std::vector<CubeStrain> Simulation::probe_strains() {
+std::vector<CubeStrain> World::probe_strains() {
   std::vector<CubeStrain> strains;
   for_each_probe([&](const Probe& probe, std::span<const Vec3f> x_m) {
     strains.push_back(probe.strain.mean(bodies_[probe.body]->strains(x_m, probe.strain.cubes)));
@@ -428,7 +373,7 @@ std::vector<CubeStrain> Simulation::probe_strains() {
 }
 
 /// @param use is called with each probe and its body's nodes
-void Simulation::for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use) {
+void World::for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use) {
   std::vector<std::vector<Vec3f>> nodes_m(bodies_.size());  // of bodies with probes, each once
   for (const Probe& probe : probes_) {
     std::vector<Vec3f>& x_m = nodes_m[probe.body];

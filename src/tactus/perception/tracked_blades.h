@@ -44,8 +44,6 @@ class TrackedBlades {
   cut::BladeStrip strip(std::size_t number) const;
   /// After the last frame: for each blade that was never known, a notice of the things seen instead.
   std::vector<Notice> last_notices() const;
-  /// Nothing follows those.
-  void forget_strips();
   const TrackedBlade& now(std::size_t number) const;
   /// State of each tracked blade, in the scene's order.
   std::vector<TrackedBlade> now() const;

@@ -1,4 +1,4 @@
-#include "tactus/sim/contact_log.h"
+#include "tactus/world/contact_log.h"
 
 #include <algorithm>
 

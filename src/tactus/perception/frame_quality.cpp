@@ -1,4 +1,4 @@
-#include "tactus/sim/frame_quality.h"
+#include "tactus/perception/frame_quality.h"
 
 #include <algorithm>
 

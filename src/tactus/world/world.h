@@ -1,5 +1,5 @@
 #pragma once
-/// The frame: silhouettes in, a reconstructed surface that pushes soft bodies, snapshots out.
+/// Soft bodies, liquid and obstacles, stepped frame by frame. Needs no camera.
 #include <functional>
 #include <memory>
 #include <optional>
@@ -8,24 +8,20 @@
 
 #include "tactus/base/timing.h"
 #include "tactus/frame/schedule.h"
-#include "tactus/reconstruct/doctor/mask_repair.h"
-#include "tactus/reconstruct/hull_check.h"
-#include "tactus/reconstruct/surface_pipeline.h"
-#include "tactus/rig/sources/frame_source.h"
+#include "tactus/perception/frame_quality.h"
+#include "tactus/perception/perception.h"
 #include "tactus/sim/blade.h"
 #include "tactus/sim/body/body_point.h"
 #include "tactus/sim/body/soft_body.h"
 #include "tactus/sim/body/touching_bodies.h"
-#include "tactus/sim/contact_log.h"
 #include "tactus/sim/cut_score.h"
-#include "tactus/sim/energy_watch.h"
 #include "tactus/sim/frame_clock.h"
-#include "tactus/sim/frame_quality.h"
-#include "tactus/sim/obstacle_watch.h"
 #include "tactus/sim/scene_liquid.h"
 #include "tactus/sim/scene_obstacles.h"
-#include "tactus/sim/tracked_blades.h"
 #include "tactus/tissue/substep_choice.h"
+#include "tactus/world/contact_log.h"
+#include "tactus/world/energy_watch.h"
+#include "tactus/world/obstacle_watch.h"
 
 namespace tactus {
 
@@ -52,7 +48,12 @@ struct StepReport {
   std::vector<Notice> notices;   ///< all of this frame
 };
 
-/// Meshes for viewers and exporters: owns its data, never the simulation's.
+/// Force and torque of a prescribed motion on a body.
+struct MotionForce {
+  Vec3d force_N, torque_N_m;  ///< the torque about the moved region's pivot
+};
+
+/// Meshes for viewers and exporters: owns its data, never the world's.
 struct FrameSnapshot {
   TriangleMesh real;                    ///< the reconstructed surface, with normals
   std::vector<TriangleMesh> bodies;     ///< in the scene's order
@@ -64,22 +65,27 @@ struct FrameSnapshot {
   double captured_s = 0;                ///< when those came, on the clock of now_s()
 };
 
-/// Owns all state; one thread calls it. Its solvers declare their work as stages; a Schedule orders them
-/// (frame_text() prints the result). Reconstruction is spread over all devices. Bodies are stepped by as many
-/// as pay, with the same bits; their seen surfaces are on the first.
-class Simulation {
+/// Owns bodies, liquid, obstacles, probes, cuts and time; one thread calls it. Its solvers declare their work
+/// as stages; a Schedule orders them (schedule().text() prints the result). Bodies are stepped by as many
+/// devices as pay, with the same bits; their seen surfaces are on the first.
+///
+///   World world(devices, scene, assets);
+///   per frame: world.set_pose("tool", T_world_tool); const StepReport report = world.step(dt_s);
+///
+/// With a Perception, the real surface of new images is made in the same submission.
+class World {
  public:
-  /// @param can_save prepares for save(), which takes memory
-  /// @throws Error naming the fault of the rig, body or material.
-  Simulation(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets,
-             bool can_save = false);
+  /// @param perception makes the real surface; nullptr: there is none. Kept; it belongs to one World
+  /// @throws Error naming the fault of the body or material.
+  World(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, Perception* perception = nullptr);
 
-  /// One frame. @param frame the rig's new images, or nullptr when nothing new came: the real surface then
-  /// goes on with its motion. @param dt_s time since the last frame, to this capture or to now; 0 for the
+  /// The next step has the surface and tools of these images. An observation without new images changes
+  /// nothing: the surface goes on with its motion. @throws usage Error without a Perception.
+  void set_surface(Observation observation);
+  /// One frame. @param dt_s time since the last frame, to the capture of new images or to now; 0 for the
   /// first
   /// @throws Error when 'frame.substeps' is not stable.
-  StepReport step(const FrameSet* frame, double dt_s);
-  StepReport step(const FrameSet& frame, double dt_s) { return step(&frame, dt_s); }
+  StepReport step(double dt_s);
   /// Where an obstacle with `held: true` is at the end of the next frame and from then on; it goes there
   /// evenly. From a robot, a haptic arm, a mouse, a tracker. @throws usage Error as
   /// MovingObstacles::set_pose.
@@ -100,8 +106,6 @@ class Simulation {
   /// From the next new images on, frames make these reductions and no others. On a GPU, each choice
   /// is recorded in its first frame.
   void reduce_quality(std::span<const QualityReduction> quality_reductions);
-  /// After the last frame: notices that came later than their frames, as those of the check of masks.
-  std::vector<Notice> last_notices();
   /// Copies everything that is to be seen to the host. Synchronizes.
   FrameSnapshot snapshot();
   /// The viewer has the snapshot of the last frame: counts the latency of live images.
@@ -112,16 +116,14 @@ class Simulation {
   std::vector<CubeStrain> probe_strains();
   /// Monitors of every body, in the scene's order. Synchronizes.
   std::vector<BodyMonitors> monitors();
-  /// Per body and moved region: mean force of the prescribed motion on the body over the last frame [N].
+  /// Per body and moved region: of the prescribed motion on the body, in the mean over the last frame.
   /// Synchronizes.
-  std::vector<std::vector<Vec3d>> motion_forces_N();
-  /// Likewise, mean torque about the moved region's pivot [N m].
-  std::vector<std::vector<Vec3d>> motion_torques_N_m();
+  std::vector<std::vector<MotionForce>> motion_forces();
 
   /// All that the coming frames depend on, and nothing else. An archive that is read must be of the same
   /// scene, on the same devices. Synchronizes. @param last the frame that was stepped last, or nullptr for
   /// none: the archive has only those data of the real surface that can't be made from it
-  /// @throws Error when it is of another scene; the simulation is of no use then.
+  /// @throws Error when it is of another scene; the world is of no use then.
   void archive(StateArchive& a, const FrameSet* last);
 
   /// Results of the blades' strokes so far.
@@ -129,19 +131,15 @@ class Simulation {
   /// The same, with lines on the skin and how they keep to the scene's plans. Looks at all walls of all cuts.
   std::vector<StrokeResult> stroke_results() const;
   const std::vector<PlannedLine>& plans() const { return plans_; }
-  const TrackedBlades& tracked_blades() const { return tracked_blades_; }
 
   const Timings& timings() const { return timings_; }
-  /// How often the frame was put together for replay.
-  int recordings() const { return schedule_.recordings(); }
-  /// The stages of a frame in order, with the resources that they read and write.
-  std::string frame_text() const { return schedule_.text(); }
+  /// The stages of a frame in order, and how often they were recorded.
+  const Schedule& schedule() const { return schedule_; }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
-  /// Whether there are cameras: else nothing is reconstructed.
-  bool is_filmed() const { return is_filmed_; }
+  /// nullptr: nothing is reconstructed.
+  Perception* perception() const { return perception_; }
   /// nullptr where the scene has none.
   const SceneLiquid* liquid() const { return liquid_.get(); }
-  const VisualHull& hull() const { return surface().hull(); }
   /// Where bodies live.
   ExecContext& context() { return devices_.context(0); }
 
@@ -157,28 +155,16 @@ class Simulation {
   void add_plans();
   void for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use);
   void add_stages();
-  // simulation_images.cpp
-  std::vector<Stage> surface_stages();
+  // world_images.cpp
   void add_surface_stages(StageDevices touching);
-  /// The pipeline that makes the real surface with the present reductions.
-  const SurfacePipeline& surface() const {
-    return is_reduced(QualityReduction::hull) ? *coarse_surface_ : fine_surface_;
-  }
-  SurfacePipeline& surface() { return is_reduced(QualityReduction::hull) ? *coarse_surface_ : fine_surface_; }
+  bool begin_images(StepReport& report);
   bool is_reduced(QualityReduction quality_reduction) const {
     return (reductions_made_ >> static_cast<unsigned>(quality_reduction) & 1U) != 0;
   }
   void begin_quality();
   void note_latency();
-  /// The frame's silhouettes, repaired when the scene asks for it; notes suspect masks.
-  std::span<const BitMask> silhouettes(const FrameSet& frame, std::vector<Notice>& notices);
-  /// The same without tools that are tracked.
-  std::span<const BitMask> follow_blades(std::span<const BitMask> masks, const FrameSet& frame, double dt_s,
-                                         std::vector<Notice>& notices);
   /// Moving obstacles and tracked tools.
   void move_tools(const FrameTimes& times, bool has_new_images);
-  /// The frame's depth images, or none when depth is not used.
-  std::span<const DepthImage> depths(const FrameSet& frame) const;
   /// Part of a frame. Things that move fast would strain bodies far more than at its beginning, so steps
   /// follow the strain from part to part.
   struct FramePart {
@@ -198,7 +184,7 @@ class Simulation {
   /// it in so much time.
   double surface_m_s() const;
   double surface_m_s(const SoftBody& body, double seconds) const;
-  // simulation_watch.cpp
+  // world_watch.cpp
   EnergyWatch make_energy_watch() const;
   void note_contact(const ContactReport& contact);
   std::string gained_energy();
@@ -212,12 +198,14 @@ class Simulation {
   void settle(StepReport& report);
   void settle_interval(int substeps, StepReport& report);
   double settling_dt_s() const;
+  void run_parts(const FrameTimes& times, bool has_new_images, StepReport& report);
   void run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images);
   void collect(StepReport& report);
   /// After each part of a frame.
   void collect_bodies(double dt_frame_s, int substeps, StepReport& report);
   /// By blades, after the frame's substeps. @param from_s,to_s of its simulated time
   void cut_bodies(double from_s, double to_s, StepReport& report);
+  cut::BladeStrip seen_strip(std::size_t blade) const;
   CutScore& stroke_of(const std::string& blade, const std::string& body, double from_s);
   static void add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
                       CutScore& score);
@@ -230,17 +218,10 @@ class Simulation {
 
   DeviceSet& devices_;
   Scene scene_;
-  bool is_filmed_;  ///< else there are no cameras, and nothing is reconstructed
-  SurfacePipeline fine_surface_;
-  std::unique_ptr<SurfacePipeline> coarse_surface_;      ///< where reductions may be made
+  Perception* perception_;                               ///< nullptr: no cameras, nothing is reconstructed
   unsigned reductions_made_ = 0, reductions_asked_ = 0;  ///< bits
-  HullCheck hull_check_;
-  bool uses_depth_;
-  std::optional<ViewScores> view_scores_;  ///< when masks are repaired
-  std::vector<BitMask> repaired_;
   float sample_spacing_m_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
-  TrackedBlades tracked_blades_;
   MovingObstacles moving_obstacles_;
   ObstacleWatch obstacle_watch_;
   EnergyWatch energy_watch_;
@@ -248,7 +229,7 @@ class Simulation {
   /// Bodies are looked for in other things that move once in so many frames: they stay there for some.
   static constexpr int kFramesToWatch = 10;
   int frames_watched_ = 0;
-  ContactOnDevices world_;
+  ContactOnDevices colliders_;
   TouchingBodies touching_;
   std::unique_ptr<SceneLiquid> liquid_;
   std::vector<Probe> probes_;
@@ -256,12 +237,9 @@ class Simulation {
   Readback::Place surface_report_;
   Schedule schedule_;
   FrameClock clock_;
-  const FrameSet* incoming_ = nullptr;  ///< while it is uploaded
-  std::span<const BitMask> masks_;      ///< likewise
-  std::int64_t tick_ = 0;
-  double captured_s_ = 0, last_dt_s_ = 0;
-  /// When the set and the mesh of live images were there; 0: they are not live.
-  double released_s_ = 0, meshed_s_ = 0;
+  Observation seen_;  ///< of the last images; without the strips that have cut
+  double last_dt_s_ = 0;
+  double meshed_s_ = 0;  ///< when the mesh of the last images was there
   float last_substep_s_ = 0;
   bool has_surface_ = false;  ///< images came
   bool is_settled_ = false;   ///< or need not be

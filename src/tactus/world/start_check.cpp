@@ -1,4 +1,4 @@
-#include "tactus/sim/start_check.h"
+#include "tactus/world/start_check.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tactus/sim/tracked_blades.h"
+#include "tactus/perception/tracked_blades.h"
 
 #include <algorithm>
 #include <cmath>
@@ -248,10 +248,6 @@ cut::BladeStrip TrackedBlades::strip(std::size_t number) const {
   for (const Blade& blade : blades_)
     if (blade.number == number) return blade.strip;
   return {};
-}
-
-void TrackedBlades::forget_strips() {
-  for (Blade& blade : blades_) blade.strip = {};
 }
 
 const TrackedBlade& TrackedBlades::now(std::size_t number) const {

@@ -1,4 +1,4 @@
-#include "tactus/sim/energy_watch.h"
+#include "tactus/world/energy_watch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/sim/body/body_cut.h"
-#include "tactus/sim/simulation.h"
+#include "tactus/world/world.h"
 
 namespace tactus {
 namespace {
@@ -39,7 +39,7 @@ float length_of(const cut::BladeStrip& strip) {
 
 }  // namespace
 
-void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
+void World::cut_bodies(double from_s, double to_s, StepReport& report) {
   if (scene_.blades.empty() || !(to_s > from_s)) return;
   const StageTimer timer(timings_, "cut");
   ExecContext& ctx = devices_.context(0);
@@ -53,8 +53,7 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
     bool has_changed = false;
     for (std::size_t b = 0; b < scene_.blades.size(); ++b) {
       const BladeDescription& blade = scene_.blades[b];
-      const cut::BladeStrip strip =
-          blade.tracked ? tracked_blades_.strip(b) : swept(blade, from_s, to_s, cut_frame_);
+      const cut::BladeStrip strip = blade.tracked ? seen_strip(b) : swept(blade, from_s, to_s, cut_frame_);
       if (strip.begin_m.empty()) continue;
       if (const float displacement_m = length_of(strip); displacement_m > kLongestStrip_m) {
         if (reported_cuts_.insert(blade.name + "jumps").second)
@@ -88,11 +87,11 @@ void Simulation::cut_bodies(double from_s, double to_s, StepReport& report) {
     body->remember_nodes();
     if (has_changed) follow_cuts(k, report.notices);
   }
-  tracked_blades_.forget_strips();
+  seen_.strips.clear();
 }
 
 /// Lets the probes in a body, and the liquid round it, follow its cuts.
-void Simulation::follow_cuts(std::size_t number, std::vector<Notice>& notices) {
+void World::follow_cuts(std::size_t number, std::vector<Notice>& notices) {
   SoftBody& body = *bodies_[number];
   if (liquid_)
     liquid_->follow_cut(body, notices);
@@ -106,7 +105,7 @@ void Simulation::follow_cuts(std::size_t number, std::vector<Notice>& notices) {
 }
 
 /// The last stroke of the blade in the body, or a new one, which is the last of all.
-CutScore& Simulation::stroke_of(const std::string& blade, const std::string& body, double from_s) {
+CutScore& World::stroke_of(const std::string& blade, const std::string& body, double from_s) {
   Index count = 0;
   CutScore* last = nullptr;
   for (CutScore& c : cuts_) {
@@ -117,8 +116,8 @@ CutScore& Simulation::stroke_of(const std::string& blade, const std::string& bod
   return cuts_.emplace_back(CutScore{.blade = blade, .body = body, .begin_s = from_s, .stroke = count});
 }
 
-void Simulation::add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
-                         CutScore& score) {
+void World::add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
+                    CutScore& score) {
   if (score.cut_cubes == 0) score.begin_s = from_s;
   score.steps.push_back({score.pending_m + displacement_m(strip), cut.area_m2});
   score.path_m += score.steps.back().displacement_m;
@@ -130,7 +129,7 @@ void Simulation::add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut
   score.cut_cubes += cut.cut_cubes;
 }
 
-void Simulation::add_plans() {
+void World::add_plans() {
   for (const PlanDescription& plan : scene_.plans) {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (scene_.bodies[b].name == plan.body)
@@ -138,7 +137,7 @@ void Simulation::add_plans() {
   }
 }
 
-std::vector<StrokeResult> Simulation::stroke_results() const {
+std::vector<StrokeResult> World::stroke_results() const {
   std::vector<StrokeResult> all;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const SoftBody& body = *bodies_[b];

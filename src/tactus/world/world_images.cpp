@@ -1,0 +1,126 @@
+// Images and tools that come into a frame, meshes for pictures, and the reductions made on demand.
+#include <algorithm>
+#include <utility>
+
+#include "tactus/base/error.h"
+#include "tactus/sim/blade_mesh.h"
+#include "tactus/world/world.h"
+
+namespace tactus {
+
+void World::set_surface(Observation observation) {
+  if (!observation.is_new) return;
+  if (perception_ == nullptr)
+    throw usage_error("a World without a Perception has no real surface: give it one when it is constructed");
+  seen_ = std::move(observation);
+}
+
+/// Takes over what was observed. @returns whether images are new.
+bool World::begin_images(StepReport& report) {
+  if (!std::exchange(seen_.is_new, false)) return false;
+  begin_quality();
+  has_surface_ = true;
+  for (const HostTime& time : seen_.times) timings_.add(time.stage, time.begin_s, time.end_s);
+  std::move(seen_.notices.begin(), seen_.notices.end(), std::back_inserter(report.notices));
+  return true;
+}
+
+void World::move_tools(const FrameTimes& times, bool has_new_images) {
+  if (moving_obstacles_.empty() && (seen_.tools.empty() || !has_new_images)) return;
+  moving_obstacles_.begin_frame(times.dt_s, clock_.simulated_s(), times.surface_age_s + times.dt_s);
+  std::vector<ToolMotion> motions = moving_obstacles_.motions();
+  motions.insert(motions.end(), seen_.tools.begin(), seen_.tools.end());
+  colliders_.move_tools(motions);
+  tool_speeds_.clear();
+  for (const Reach& r : moving_obstacles_.reaches()) tool_speeds_.push_back(r);
+  for (const Reach& r : seen_.tool_reaches) tool_speeds_.push_back(r);
+  if (!has_surface_) component_speeds_.clear();
+  component_speeds_.insert(component_speeds_.end(), tool_speeds_.begin(), tool_speeds_.end());
+}
+
+FrameSnapshot World::snapshot() {
+  FrameSnapshot snapshot;
+  snapshot.tick = seen_.tick;
+  snapshot.captured_s = seen_.captured_s;
+  ExecContext& ctx = devices_.context(0);
+  if (has_surface_) snapshot.real = perception_->download();
+  for (const auto& body : bodies_) snapshot.bodies.push_back(body->surface(ctx));
+  snapshot.obstacles = moving_obstacles_.meshes();
+  if (perception_ != nullptr) {
+    snapshot.blades = perception_->tracked_blades().meshes();
+    snapshot.tools = perception_->tracked_blades().axes();
+  }
+  for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
+    snapshot.blades.push_back(std::move(blade));
+  if (liquid_) snapshot.liquid_m = liquid_->positions_m();
+  return snapshot;
+}
+
+std::vector<QualityReduction> World::quality_reductions() const {
+  std::vector<QualityReduction> all;
+  if (perception_ == nullptr || !perception_->can_reduce()) return all;
+  all.push_back(QualityReduction::hull);
+  if (liquid_ && liquid_->can_be_reduced()) all.push_back(QualityReduction::liquid);
+  // The paper's response sums over samples, whose volumes belong to their spacing.
+  if (scene_.contact.response != ContactResponse::paper) all.push_back(QualityReduction::samples);
+  return all;
+}
+
+void World::reduce_quality(std::span<const QualityReduction> quality_reductions) {
+  reductions_asked_ = 0;
+  for (const QualityReduction s : quality_reductions) {
+    const std::vector<QualityReduction> can = this->quality_reductions();
+    if (std::find(can.begin(), can.end(), s) != can.end())
+      reductions_asked_ |= 1U << static_cast<unsigned>(s);
+  }
+}
+
+/// Sets up the reductions that the coming frame's stages make.
+void World::begin_quality() {
+  if (reductions_made_ == reductions_asked_) return;
+  reductions_made_ = reductions_asked_;
+  perception_->reduce(is_reduced(QualityReduction::hull));
+  colliders_.set_coarseness(is_reduced(QualityReduction::samples) ? 2 : 1);
+  if (liquid_) liquid_->reduce_quality(is_reduced(QualityReduction::liquid));
+  schedule_.select(reductions_made_ >> 1);
+}
+
+/// The strip that the edge of a tracked blade swept with the last images, until it has cut.
+cut::BladeStrip World::seen_strip(std::size_t blade) const {
+  return blade < seen_.strips.size() ? seen_.strips[blade] : cut::BladeStrip{};
+}
+
+/// From the capture to the end of the frame; of live images by stages, too.
+void World::note_latency() {
+  const double now = now_s();
+  timings_.add("latency", seen_.captured_s, now);
+  if (!(seen_.released_s > 0)) return;
+  timings_.add("capture to set", seen_.captured_s, seen_.released_s);
+  timings_.add("set to hull", seen_.released_s, meshed_s_);
+  timings_.add("hull to bodies", meshed_s_, now);
+}
+
+void World::note_shown() {
+  if (seen_.released_s > 0) timings_.add("capture to snapshot", seen_.captured_s, now_s());
+}
+
+/// Adds the stages that make the real surface of new images.
+void World::add_surface_stages(StageDevices touching) {
+  if (perception_ == nullptr)  // contact reads a surface that has no component
+    return schedule_.add({.name = "surface/none",
+                          .timed_as = "surface",
+                          .rate = Rate::capture,
+                          .writes = {"surface/samples"},
+                          .submit = [](BlockPlace) {}});
+  perception_->add_stages(schedule_, readback_);
+  schedule_.add(
+      {.name = "surface/update",
+       .timed_as = "surface",
+       .rate = Rate::capture,
+       .devices = touching,
+       .writes = {"surface/samples"},
+       .reads = {VisualHull::kMesh},
+       .submit = [this](BlockPlace) { colliders_.update(perception_->surface(), schedule_.frame()); }});
+}
+
+}  // namespace tactus
