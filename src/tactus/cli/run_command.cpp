@@ -57,7 +57,8 @@ void run(const RunOptions& options) {
   const std::string stem =
       (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
   RunSinks sinks;
-  if (!options.json_path.empty()) sinks.report.emplace(scene);
+  if (!options.json_path.empty()) sinks.report.emplace(scene, options.contacts);
+  for (const std::string& body : options.contacts) world.report_contacts(body);
   if (options.explain) sinks.explain.emplace(scene);
   if (scene.output.vtk_every > 0) sinks.strains.emplace(scene.output.vtk_every, stem);
   if (scene.output.mesh_every > 0) sinks.meshes.emplace(scene, stem);

@@ -66,6 +66,9 @@ Scene scene_of(const RunOptions& options) {
     throw usage_error("--budget '" + options.budget +
                       "' makes frames depend on how long they took, so a run can't go on with the same bits; "
                       "expected it without --checkpoint and --restart");
+  if (!options.contacts.empty() && options.json_path.empty())
+    throw usage_error("--contacts '" + options.contacts.front() +
+                      "' writes into the JSON of the run: expected it with --json FILE");
   return scene;
 }
 
@@ -91,6 +94,8 @@ void add_run_flags(CLI::App& command, RunOptions& options) {
       ->capture_default_str();
   add_output(command, "--json", options.json_path,
              "stage times, counters, monitors and probes as JSON (-: standard output)");
+  command.add_option("--contacts", options.contacts,
+                     "body whose contacts --json writes point by point; may be given several times");
   command.add_flag(
       "--explain", options.explain,
       "say in which frames and where bodies are strained badly, what acts there, and what it costs");

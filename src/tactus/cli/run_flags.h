@@ -1,6 +1,7 @@
 #pragma once
 /// The flags of `tactus run`.
 #include <string>
+#include <vector>
 
 #include "tactus/sim/scene.h"
 
@@ -18,6 +19,7 @@ struct RunOptions {
   std::string budget;                    ///< of a frame, as 11ms; "": none
   int frames = 0;                        ///< 0: all
   bool explain = false;                  ///< where and why bodies are strained
+  std::vector<std::string> contacts;     ///< bodies whose contacts are reported point by point
 };
 
 void add_run_flags(CLI::App& command, RunOptions& options);

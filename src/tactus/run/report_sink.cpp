@@ -5,6 +5,44 @@
 namespace tactus {
 namespace {
 
+nlohmann::json vector_json(Vec3f v) { return {v.x, v.y, v.z}; }
+
+const char* kind_text(ColliderKind kind) {
+  switch (kind) {
+    case ColliderKind::component:
+      return "component";
+    case ColliderKind::obstacle:
+      return "obstacle";
+    case ColliderKind::tool:
+      return "tool";
+    case ColliderKind::body:
+      break;
+  }
+  return "body";
+}
+
+const char* state_text(TouchState state) {
+  return state == TouchState::left ? "left" : state == TouchState::sticking ? "sticking" : "sliding";
+}
+
+/// Contacts of a body in one frame, point by point.
+nlohmann::json points_json(const std::vector<BodyPointContact>& contacts) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const BodyPointContact& c : contacts) {
+    nlohmann::json& item = all.emplace_back(nlohmann::json{
+        {"other", c.other}, {"kind", kind_text(c.kind)}, {"impulse_N_s", vector_json(c.impulse_N_s)}});
+    if (c.point < 0) continue;  // only a sum
+    item.update({{"point", c.point},
+                 {"point_m", vector_json(c.point_m)},
+                 {"normal", vector_json(c.normal)},
+                 {"gap_m", c.gap_m},
+                 {"normal_N_s", c.normal_N_s},
+                 {"tangential_N_s", vector_json(c.tangential_N_s)},
+                 {"state", state_text(c.state)}});
+  }
+  return all;
+}
+
 /// Each monitor of a body over the frames.
 nlohmann::json monitors_json(const std::vector<std::vector<BodyMonitors>>& frames, std::size_t body) {
   nlohmann::json json = nlohmann::json::object();
@@ -182,6 +220,8 @@ void RunSummary::add(const StepReport& report) {
 void ReportSink::frame(RunFrame& frame) {
   World& world = frame.world;
   summary_.add(frame.report);
+  for (const std::string& body : contacts_of_)
+    points_[body].push_back(points_json(frame.world.contacts(body)));
   summary_.probes.push_back(world.probe_positions_m());
   summary_.probe_strains.push_back(world.probe_strains());
   summary_.monitors.push_back(world.monitors());
@@ -209,6 +249,8 @@ nlohmann::json ReportSink::to_json(const FrameLoop& loop, World& world, const st
                               {"devices", body.device_count()},
                               {"monitors", monitors_json(summary.monitors, b)},
                               {"moved", motions_json(summary, b, scene_.bodies[b].moved)}});
+    if (const auto points = points_.find(body.name()); points != points_.end())
+      json["bodies"][b]["contacts"] = points->second;
   }
   for (std::size_t b = 0; b < world.bodies().size(); ++b) {
     if (!world.bodies()[b]->is_cuttable()) continue;

@@ -1,5 +1,6 @@
 #pragma once
 /// JSON of a run, for scripts (docs/results.md).
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -30,13 +31,17 @@ struct RunSummary {
 /// Keeps the results of every frame, for to_json().
 class ReportSink final : public FrameSink {
  public:
-  explicit ReportSink(const Scene& scene) : scene_(scene) {}
+  /// @param contacts_of bodies whose contacts it reports point by point; the world was asked for them
+  explicit ReportSink(const Scene& scene, std::vector<std::string> contacts_of = {})
+      : scene_(scene), contacts_of_(std::move(contacts_of)) {}
   void frame(RunFrame& frame) override;
   /// @param loop that showed its frames to this sink @param devices their names
   nlohmann::json to_json(const FrameLoop& loop, World& world, const std::string& devices) const;
 
  private:
   Scene scene_;
+  std::vector<std::string> contacts_of_;
+  std::map<std::string, nlohmann::json> points_;  ///< by body: a list per frame
   RunSummary summary_;
 };
 
