@@ -7,12 +7,20 @@
 namespace tactus {
 namespace {
 
-/// Whether so many layers bear on one another that longer steps make them bounce: a column of 60 did.
-bool is_deep(const LiquidReport& last, double gravity_m_s2) {
-  constexpr double kLayers = 12;
-  if (last.here == 0) return false;
+/// How many layers bear on one another, as the mean pressure tells: in a pool, half of them bear on each.
+double layers_of(const LiquidReport& last, double gravity_m_s2) {
+  if (last.here == 0 || !(gravity_m_s2 > 0)) return 0;
   const double borne_m_s2 = static_cast<double>(last.borne) / double{LiquidReport::kBorneUnits} / last.here;
-  return 2 * borne_m_s2 > kLayers * gravity_m_s2;
+  return 2 * borne_m_s2 / gravity_m_s2;
+}
+
+/// The longest step in which so many layers stay at rest, over (d / g)^(1/2). With N layers, the force on the
+/// floor was the weight to 1 % where N times that was 1.67, 1.74, 1.79, 1.52 and 1.93 for N = 8, 10, 12, 16
+/// and 24, and not at 2.1, 2.4 and 2.3 for N = 12, 16 and 24 (docs/concepts/liquid.md). Pools of 2 and 5
+/// layers rest at 0.35, too; at half of that two layers are 0.1 % too dense in place of 0.6 %.
+double longest_fall(double layers) {
+  constexpr double kLayers = 1.8, kMost = 0.2;
+  return std::min(kMost, kLayers / std::max(layers, 1.0));
 }
 
 /// (mean u^4)^(1/4) of the speeds u relative to neighbours and walls: of a liquid that moves as one, u; of
@@ -36,17 +44,15 @@ bool SceneLiquid::may_bring(double from_s, double to_s) const {
 }
 
 /// Iterations find of a long wave of pressure what they can carry in a step: four of them what twelve layers
-/// need (docs/concepts/liquid.md). The mean pressure tells how many layers bear on one another: in a pool,
-/// half of the layers. And while densities are more than 0.1 % too large in the mean, there are more
-/// iterations.
+/// need (docs/concepts/liquid.md). And while densities are more than 0.1 % too large in the mean, there are
+/// half as many again.
 void SceneLiquid::choose_iterations(double gravity_m_s2) {
   constexpr double kLayers = 12, kExcess = 1e-3;
   constexpr auto kMost = static_cast<Index>(kGrowth.size()) - 1;
   const int least = is_reduced_ ? reduced_iterations() : description_.iterations;
   if (description_.solver == LiquidModel::dfsph && last_.here > 0) {
-    const double borne = static_cast<double>(last_.borne) / double{LiquidReport::kBorneUnits} / last_.here,
-                 excess = static_cast<double>(last_.excess) / double{LiquidReport::kExcessUnits} / last_.here;
-    const double layers = gravity_m_s2 > 0 ? 2 * borne / gravity_m_s2 : 0, growth = layers / kLayers;
+    const double excess = static_cast<double>(last_.excess) / double{LiquidReport::kExcessUnits} / last_.here,
+                 growth = layers_of(last_, gravity_m_s2) / kLayers;
     const auto enough =
         std::find_if(kGrowth.begin(), kGrowth.end() - 1, [&](double k) { return k >= growth; });
     const auto for_layers = static_cast<Index>(enough - kGrowth.begin());
@@ -66,8 +72,6 @@ void SceneLiquid::look_ahead(double from_s, double to_s, Vec3d gravity_m_s2, std
   /// A particle that has no neighbours may go a spacing in a step, others 0.4 of it: it first meets a wall,
   /// or the liquid, within their reach of two spacings.
   constexpr double kFreeOverNear = 0.4;
-  /// A step's fall, g dt^2, is at most 0.04 spacings.
-  constexpr double kFall = 0.2;
   choose_iterations(length(gravity_m_s2));
   const double dt_s = to_s - from_s, d = description_.spacing_m, g = length(gravity_m_s2);
   const double most = liquid_.settings().max_speed_m_s, gains = 0.5 * g * dt_s;
@@ -93,10 +97,9 @@ void SceneLiquid::look_ahead(double from_s, double to_s, Vec3d gravity_m_s2, std
   else if (needed < kMuchLess * pace)
     pace = std::max(kMargin * needed, kFallsBy * pace);
   pace_.fastest_m_s = static_cast<float>(pace);
-  pace_.longest_step_s =
-      is_deep(last_, g) ? liquid_.largest_step_s() : liquid_.largest_step_s(pace_.fastest_m_s);
+  pace_.longest_step_s = liquid_.largest_step_s(pace_.fastest_m_s);
   if (g > 0) {
-    const auto falls_s = static_cast<float>(kFall * std::sqrt(d / g));
+    const auto falls_s = static_cast<float>(longest_fall(layers_of(last_, g)) * std::sqrt(d / g));
     pace_.longest_step_s = std::clamp(falls_s, liquid_.largest_step_s(), pace_.longest_step_s);
   }
 }
