@@ -27,7 +27,9 @@ fi
 # Scenes, recordings and pictures need more.
 use hello_loop
 use hello_touch
+use hello_haptic
 (cd "$scratch" && hello_touch/hello_touch "$examples/../scenes/touch.yaml" >/dev/null && test -s touched.ply)
+"$scratch/hello_haptic/hello_haptic" "$examples/../scenes/touch.yaml"
 (cd "$scratch" && hello_loop/hello_loop "$examples/../scenes/demo.yaml" | tail -1 | grep -q '^30 frames')
 
 # A component that doesn't exist, or one whose packages are missing, is said so.
