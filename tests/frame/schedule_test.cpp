@@ -156,7 +156,7 @@ constexpr int kFrames[] = {3, 0, 1, 8, 37, 2};
 
 /// Per substep, each device takes over what the first one sums up of all. A missing wait or a stale recording
 /// gives another sum.
-double played(DeviceSet& devices, int* recordings = nullptr) {
+double played(DeviceSet& devices, int* recordings = nullptr, bool has_images = true) {
   Schedule schedule(devices);
   Parts<Buffer<double>> own;
   Buffer<double> sum = to_device(devices.context(0), std::vector<double>{1});
@@ -197,10 +197,12 @@ double played(DeviceSet& devices, int* recordings = nullptr) {
   Timings timings;
   double result = 0;
   for (std::size_t k = 0; k < std::size(kFrames); ++k) {
-    schedule.run({.dt_s = 0.25F * static_cast<float>(k), .gravity_m_s2 = {}, .substeps = kFrames[k]}, true);
+    schedule.run({.dt_s = 0.25F * static_cast<float>(k), .gravity_m_s2 = {}, .substeps = kFrames[k]},
+                 has_images);
     schedule.finish(timings);
     result = 1e-3 * result + readback.get<double>(place)[0];
   }
+  EXPECT_EQ(schedule.replays(), devices.is_cuda());
   if (recordings != nullptr) *recordings = schedule.recordings();
   return result;
 }
@@ -225,6 +227,15 @@ TEST_P(ScheduleOnDevices, FramesOfAnyLengthAreRecordedOnce) {
   if (devices.count() > 1 && !devices.reads_peers()) GTEST_SKIP() << "the devices can't read one another";
   int recordings = 0;
   EXPECT_EQ(played(devices, &recordings), expected(devices.count()));
+  EXPECT_EQ(recordings, 1);
+}
+
+/// A world without cameras never has images.
+TEST_P(ScheduleOnDevices, FramesWithoutImagesAreRecordedToo) {
+  DeviceSet devices(GetParam());
+  if (devices.count() > 1 && !devices.reads_peers()) GTEST_SKIP() << "the devices can't read one another";
+  int recordings = 0;
+  EXPECT_EQ(played(devices, &recordings, false), expected(devices.count()));
   EXPECT_EQ(recordings, 1);
 }
 

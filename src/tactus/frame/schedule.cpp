@@ -271,7 +271,7 @@ void Schedule::select(std::size_t choice) {
   if (recordings_.size() <= choice) recordings_.resize(choice + 1);
   if (recordings_[choice]) return;
   recordings_[choice] = std::make_unique<Recording>();
-  ran_with_images_ = false;
+  ran_whole_ = false;
   ++made_;
 }
 
@@ -343,8 +343,9 @@ void Schedule::run(const FrameParams& params, bool has_new_images, PacedSteps pa
   if (has_new_images) {
     run_segment(Rate::upload);
     run_segment(Rate::capture);
-    ran_with_images_ = true;
+    ran_whole_ = true;
   }
+  if (segment(Rate::upload).groups.empty() && params.substeps > 0) ran_whole_ = true;
   if (params.substeps > 0) {
     run_segment(Rate::before);
     run_substeps(params.substeps, paced.count);
@@ -356,8 +357,8 @@ void Schedule::run(const FrameParams& params, bool has_new_images, PacedSteps pa
 void Schedule::finish(Timings& timings) {
   devices_.synchronize();
   report_times(timings);
-  // Buffers grow in the first frame with images, so all later frames can replay this recording.
-  if (devices_.is_cuda() && !recording().is_made && ran_with_images_ && !is_profiling(devices_)) record();
+  // Buffers grow in the first whole frame, so all later frames can replay this recording.
+  if (devices_.is_cuda() && !recording().is_made && ran_whole_ && !is_profiling(devices_)) record();
   if (replays()) record_paced();
 }
 

@@ -29,11 +29,11 @@ struct PacedSteps {
 ///
 /// A frame is: stages of rates upload and capture (when there are new images); before, n times substep, after
 /// (when n > 0); end. Paced step k of p comes once (k + 1) n / p substeps are done. On a GPU, the frame is
-/// recorded once the first one with images is done: one graph for each rate, and for substeps one for each
-/// power of two up to 16 units. A unit is as many substeps as all stages' `every` and `period` divide. Any
-/// number of substeps is a few launches of these, so nothing is recorded anew when it changes. Stages that
-/// submit something else from a frame on say so by select(): each choice has a recording of its own, made in
-/// its first frame.
+/// recorded once the first one with images is done, or with substeps where nothing uploads any: one graph for
+/// each rate, and for substeps one for each power of two up to 16 units. A unit is as many substeps as all
+/// stages' `every` and `period` divide. Any number of substeps is a few launches of these, so nothing is
+/// recorded anew when it changes. Stages that submit something else from a frame on say so by select(): each
+/// choice has a recording of its own, made in its first frame.
 class Schedule {
  public:
   explicit Schedule(DeviceSet& devices);
@@ -46,13 +46,15 @@ class Schedule {
 
   /// Submits a frame; `params.substeps` is a multiple of unit(). Asynchronous.
   void run(const FrameParams& params, bool has_new_images, PacedSteps paced = {});
-  /// Waits for the frame on the host and adds the times of its stages. Records, once there were images.
+  /// Waits for the frame on the host and adds the times of its stages. Records, once there was a whole frame.
   void finish(Timings& timings);
 
   /// Numbers of substeps are multiples of this.
   int unit() const { return unit_; }
   /// How often the frame was put together for replay: 1, unless select() or record_anew() was called.
   int recordings() const { return made_; }
+  /// Whether the next frame replays a recording.
+  bool replays() const;
   /// After a buffer moved or grew.
   void record_anew();
   /// Which of several sets of submissions the stages make from now on; before a run with new images.
@@ -103,7 +105,6 @@ class Schedule {
   void report_times(Timings& timings);
   std::vector<std::pair<std::string, double>> times_of_substeps();
   std::vector<double> substep_shares() const;
-  bool replays() const;
   Recording& recording() { return *recordings_[choice_]; }
   const Recording& recording() const { return *recordings_[choice_]; }
   DeviceGraph& graph(Rate rate) { return recording().segments[static_cast<std::size_t>(rate)]; }
@@ -121,7 +122,7 @@ class Schedule {
   std::size_t choice_ = 0, variant_ = 0;
   TimeStamp substeps_begin_, substeps_end_;
   std::vector<Event> forked_;  ///< per device
-  bool closed_ = false, ran_with_images_ = false, ran_substeps_ = false;
+  bool closed_ = false, ran_whole_ = false, ran_substeps_ = false;
   int unit_ = 1, made_ = 1, paced_ = 0;
   double begin_s_ = 0;
 };

@@ -256,13 +256,34 @@ class BufferFolder {
   explicit BufferFolder(const std::string& folder)
       : folder_(std::filesystem::weakly_canonical(folder.empty() ? "." : folder)) {}
 
-  tinygltf::FsCallbacks callbacks() { return {exists, expand, read, nullptr, this}; }
+  /// All of them: tinygltf passes over a set that isn't whole.
+  template <class Callbacks = tinygltf::FsCallbacks>
+  Callbacks callbacks() {
+    Callbacks c{};
+    c.FileExists = exists;
+    c.ExpandFilePath = expand;
+    c.ReadWholeFile = read;
+    c.WriteWholeFile = write;
+    if constexpr (requires { c.GetFileSizeInBytes; }) c.GetFileSizeInBytes = size;  // since 2.9
+    c.user_data = this;
+    return c;
+  }
 
  private:
   static bool exists(const std::string& path, void* self) {
     return static_cast<BufferFolder*>(self)->holds(path);
   }
   static std::string expand(const std::string& path, void*) { return path; }
+  static bool write(std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+    return false;
+  }
+  [[maybe_unused]] static bool size(std::size_t* out, std::string* error, const std::string& path,
+                                    void* self) {
+    std::error_code code;
+    *out = static_cast<BufferFolder*>(self)->holds(path) ? std::filesystem::file_size(path, code) : 0;
+    if (code) *error += code.message();
+    return !code;
+  }
   static bool read(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* self) {
     try {
       if (!static_cast<BufferFolder*>(self)->holds(path)) throw Error("it lies outside of the folder");
