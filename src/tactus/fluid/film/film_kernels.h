@@ -232,6 +232,7 @@ struct FindFilmRates {
  private:
   TACTUS_HD float rate(Index i) const {
     const FilmTriangle t = triangles[i];
+    if (t.is_closed != 0) return 0;  // corners outside of the region have no measures
     float eigen = 0, h = 0;
     for (int k = 0; k < 3; ++k) {
       const Index v = surface.corners[3 * i + k];
