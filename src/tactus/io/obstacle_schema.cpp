@@ -54,9 +54,8 @@ void describe_obstacle(FieldVisitor& v, ObstacleSetting& o) {
   v.vector({"axis", "of the angles, world axes"}, o.axis, {"", -1000, 1000});
   v.vector_or_auto({"pivot_m", "a point on that axis, which moves along"}, o.pivot_m, kPosition,
                    "the obstacle's origin");
-  v.boolean(
-      {"held", "a program says where it is (`World::set_pose`); until then it is at its placement"},
-      o.held);
+  v.boolean({"held", "a program says where it is (`World::set_pose`); until then it is at its placement"},
+            o.held);
   check_obstacle_motion(v, o);
   const bool mesh = o.kind == ObstacleShape::mesh;
   v.check(!mesh || !o.path.empty(), "path", "the obstacle lacks the key 'path': the file of its mesh");
