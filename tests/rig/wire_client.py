@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -101,6 +102,7 @@ def status_of_nonsense(tactus: str, rig: pathlib.Path) -> bool:
 
 def main() -> int:
     tactus, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+    shutil.rmtree(folder, ignore_errors=True)  # of an earlier run
     subprocess.run([tactus, "synth", "hand", "--cameras", "2", "--depth-cameras", "0", "--no-colors", "--out", folder],
                    check=True, stdout=subprocess.DEVNULL)
     rig = folder / "rig.yaml"

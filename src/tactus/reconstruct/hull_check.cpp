@@ -231,9 +231,10 @@ HullQuality HullCheck::quality(ExecContext& ctx) {
   return q;
 }
 
-TriangleMesh HullCheck::to_host_mesh(ExecContext& ctx, Index vertices) const {
+TriangleMesh HullCheck::to_host_mesh(ExecContext& ctx) const {
   TriangleMesh mesh;
-  mesh.positions_m = to_host(ctx, mesh_.positions_m.part(0, std::min(vertices, mesh_.positions_m.size())));
+  const Index vertices = std::min(*vertices_.data(), mesh_.positions_m.size());
+  mesh.positions_m = to_host(ctx, mesh_.positions_m.part(0, vertices));
   const Index triangles = to_host(ctx, View<const Index>(mesh_.triangle_count.device_count, 1))[0];
   for (const Vec3i t : to_host(ctx, mesh_.triangles.part(0, std::min(triangles, mesh_.triangles.size()))))
     if (max(t.x, max(t.y, t.z)) < std::ssize(mesh.positions_m)) mesh.triangles.push_back({t.x, t.y, t.z});
@@ -394,7 +395,7 @@ std::vector<HullFinding> HullCheck::find(ExecContext& ctx, bool is_reduced) {
   const bool at_once = !is_reduced || host_interval_ == 1;
   ticks_to_host_ = host_interval_;
   host_interval_ = std::min(2 * host_interval_, kMostTicksToHost);
-  exam.mesh = to_host_mesh(ctx, exam.quality.vertices);
+  exam.mesh = to_host_mesh(ctx);
   exam.given = given_;
   if (at_once) {
     examine(exam);

@@ -59,7 +59,7 @@ class HullCheck {
   std::vector<HullFinding> find(ExecContext& ctx, bool is_reduced);
   /// Those of the findings that `reported_` does not have yet; adds them to it.
   std::vector<HullFinding> fresh(const std::vector<HullFinding>& found);
-  TriangleMesh to_host_mesh(ExecContext& ctx, Index vertices) const;
+  TriangleMesh to_host_mesh(ExecContext& ctx) const;
   BitMask within_workspace(std::size_t camera, BitMask mask) const;
   /// The host's measurements of one frame.
   struct Exam {
