@@ -4,6 +4,8 @@
 
 #include "tactus/base/error.h"
 #include "tactus/view/edge_smoothing.h"
+#include "tactus/view/gl_context.h"
+#include "tactus/view/gl_objects.h"
 #include "tactus/view/renderer.h"
 #include "view/meshes.h"
 
@@ -50,6 +52,76 @@ TEST_F(Picture, RedSphereBeforeALightBackground) {
     EXPECT_GT(brightness(corner), 3 * 150);
     EXPECT_LT(std::abs(corner.r - corner.b), 25);
   }
+}
+
+/// A caller's context and framebuffer, as a window's.
+class CallersTarget {
+ public:
+  CallersTarget(Index width_px, Index height_px) : width_px_(width_px), height_px_(height_px) {
+    GLuint name = 0;
+    glCreateRenderbuffers(1, &name);
+    color_ = GlRenderbuffer(name);
+    glNamedRenderbufferStorage(name, GL_RGBA8, width_px, height_px);
+    glCreateFramebuffers(1, &name);
+    framebuffer_ = GlFramebuffer(name);
+    glNamedFramebufferRenderbuffer(name, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color_.get());
+    glBindFramebuffer(GL_FRAMEBUFFER, name);
+  }
+  ColorImage read() const {
+    ColorImage image(width_px_, height_px_);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.get());
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    for (Index y = 0; y < height_px_; ++y)
+      glReadPixels(0, height_px_ - 1 - y, width_px_, 1, GL_RGB, GL_UNSIGNED_BYTE, &image(0, y));
+    return image;
+  }
+
+ private:
+  Index width_px_, height_px_;
+  GlRenderbuffer color_;
+  GlFramebuffer framebuffer_;
+};
+
+/// Pixels, not nearly pixels: it is the same drawing, and the copy is exact. Both ways to smooth edges.
+TEST_F(Picture, CallersFramebufferGetsTheSamePixels) {
+  const GlContext context;
+  for (const int samples : {0, 4}) {
+    RendererOptions options = small();
+    options.samples = samples;
+    const ColorImage expected = Renderer(options).render(red_sphere(), camera());
+    const GlContext::Current current(context);
+    options.in_current_context = true;
+    options.width_px = 100;
+    Renderer renderer(options);
+    renderer.resize(kWidth, kHeight);
+    const CallersTarget target(kWidth, kHeight);
+    renderer.draw(red_sphere(), camera());
+    EXPECT_EQ(different_px(target.read(), expected), 0) << samples << " samples";
+  }
+}
+
+/// The ball's front is 0.8 - 0.1 m from the eye; a pixel beside the middle sees it by 1e-4 m farther.
+TEST_F(Picture, DepthUnderAPixel) {
+  Renderer renderer(small());
+  renderer.render(red_sphere(), camera());
+  EXPECT_NEAR(renderer.depth_m(kWidth / 2, kHeight / 2), 0.7F, 2e-3F);
+  EXPECT_GT(renderer.depth_m(2, 2), 1.F);
+}
+
+TEST_F(Picture, LabelsOfACallersPictureAreData) {
+  const GlContext context;
+  const GlContext::Current current(context);
+  RendererOptions options = small();
+  options.in_current_context = true;
+  Renderer renderer(options);
+  const CallersTarget target(kWidth, kHeight);
+  ViewScene scene = red_sphere();
+  scene.labels.push_back({{0, 0.25F, 0}, "above"});
+  scene.labels.push_back({{0, 0.1F, -0.2F}, "hidden by the ball"});
+  renderer.draw(scene, camera());
+  ASSERT_EQ(renderer.labels().size(), 1U);
+  EXPECT_EQ(renderer.labels()[0].text, "above");
+  EXPECT_LT(renderer.labels()[0].y_px, kHeight / 2);
 }
 
 TEST_F(Picture, RowZeroIsTheTop) {

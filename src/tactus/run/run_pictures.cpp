@@ -1,108 +1,14 @@
 #include "tactus/run/run_pictures.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-
 #include "tactus/base/safe_file.h"
-#include "tactus/geom/mesh/box_surface.h"
-#include "tactus/geom/mesh/mesh_creases.h"
-#include "tactus/geom/mesh/sphere_surface.h"
 
 namespace tactus {
-namespace {
-
-/// @param box_m bounds of the scene's contents: they fill the picture unless the scene sets target, distance
-/// or eye
-ViewCamera view_camera(const ViewDescription& view, const Box3f& box_m) {
-  const ViewCameraDescription& d = view.camera;
-  const auto rad = [](double deg) { return static_cast<float>(deg * 3.14159265358979323846 / 180); };
-  const float aspect = static_cast<float>(view.size_px.x) / static_cast<float>(view.size_px.y);
-  ViewCamera camera =
-      frame_box(box_m, rad(d.azimuth_deg), rad(d.elevation_deg), aspect, rad(d.field_of_view_deg));
-  if (d.target_m) camera.target_m = vec_cast<float>(*d.target_m);
-  if (d.distance_m) camera.distance_m = static_cast<float>(*d.distance_m);
-  if (!d.eye_m) return camera;
-  const Vec3f offset = vec_cast<float>(*d.eye_m) - camera.target_m;
-  camera.distance_m = length(offset);
-  camera.azimuth_rad = std::atan2(offset.x, offset.z);
-  camera.elevation_rad = std::asin(offset.y / camera.distance_m);
-  return camera;
-}
-
-/// Workspace and bodies at rest; where nobody films, also obstacles and the liquid's box.
-Box3f what_there_is(const Rig& rig, const Scene& scene,
-                    const std::vector<std::unique_ptr<SoftBody>>& bodies) {
-  constexpr float kFar = 1e30F;
-  const bool is_filmed = !rig.cameras.empty();
-  Box3f box = is_filmed ? rig.workspace_m : Box3f{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
-  if (!is_filmed && scene.fluid)
-    box = {vec_cast<float>(scene.fluid->box.min_m), vec_cast<float>(scene.fluid->box.max_m)};
-  if (const auto& asked = scene.reconstruction.workspace_m)
-    box = {vec_cast<float>(asked->min_m), vec_cast<float>(asked->max_m)};
-  for (const auto& body : bodies) {
-    const Box3f b = bounds(body->shape().surface_m);
-    box = {min(box.min, b.min), max(box.max, b.max)};
-  }
-  if (box.min.x > box.max.x) box = {{-0.5F, 0, -0.5F}, {0.5F, 1, 0.5F}};  // nothing to see
-  return box;
-}
-
-/// The triangles of a mesh for which `chosen` is `value`, on the same vertices.
-TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::uint8_t>& chosen, std::uint8_t value) {
-  TriangleMesh part{mesh.positions_m, mesh.normals, {}};
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (chosen[t] == value) part.triangles.push_back(mesh.triangles[t]);
-  }
-  return part;
-}
-
-Material obstacle_material() { return {.color = {0.62F, 0.65F, 0.69F}}; }
-
-/// Boxes and meshes in grey; for planes stands the ground of the picture.
-std::vector<ViewMesh> obstacle_meshes(const Scene& scene, const BodyAssets& assets) {
-  std::vector<ViewMesh> all;
-  for (const ObstacleSetting& o : scene.obstacles) {
-    if (o.kind == ObstacleShape::plane || o.moves()) continue;
-    ViewMesh& shown = all.emplace_back(ViewMesh{.name = o.name, .material = obstacle_material()});
-    shown.mesh = o.kind == ObstacleShape::box      ? box_surface(0.5F * vec_cast<float>(o.size_m), {1, 1, 1})
-                 : o.kind == ObstacleShape::sphere ? sphere_surface(static_cast<float>(o.radius_m), 16)
-                                                   : assets.obstacle_meshes.at(o.name);
-    shown.mesh.normals.clear();
-    for (Vec3f& p : shown.mesh.positions_m) p = vec_cast<float>(o.placement.to_world(vec_cast<double>(p)));
-    if (o.kind != ObstacleShape::box) compute_normals(shown.mesh);
-  }
-  return all;
-}
-
-/// A line along a tool, which sticks out at both ends, with its name and state: green where it cuts, red
-/// where the masks show something else, yellow where it isn't known well enough.
-void add_tool_axis(ViewScene& view, const ToolAxis& tool) {
-  constexpr Vec3f kKnown{0.10F, 0.50F, 0.20F}, kOther{0.75F, 0.12F, 0.10F}, kUnsure{0.72F, 0.50F, 0.05F};
-  const bool is_other = tool.state == BladeState::misfit || tool.state == BladeState::twins;
-  const Vec3f color = tool.state == BladeState::known ? kKnown : is_other ? kOther : kUnsure;
-  const Vec3f beyond = 0.25F * (tool.to_m - tool.from_m);
-  const Vec3f from_m = tool.from_m - beyond, to_m = tool.to_m + beyond;
-  view.lines.push_back({from_m, to_m, color, 2.F});
-  char known[48];
-  if (is_other)
-    std::snprintf(known, sizeof known, "%s", blade_state_name(tool.state));
-  else
-    std::snprintf(known, sizeof known, "edge to %.1f mm", 1e3 * tool.two_sigma_m);
-  view.labels.push_back({from_m.y > to_m.y ? from_m : to_m, tool.name + ": " + known, color});
-}
-
-/// Twice as many reach over a cube of the lattice that carries a surface with half its spacing.
-constexpr int kNormalPasses = 6;
-constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 0.66F};
-
-}  // namespace
 
 RunPictures::RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets, const World& world,
                          const std::string& stem, double fps)
-    : scene_(scene),
-      renderer_({.width_px = scene.view.size_px.x, .height_px = scene.view.size_px.y}),
-      camera_(view_camera(scene.view, what_there_is(rig, scene, world.bodies()))),
+    : renderer_({.width_px = scene.view.size_px.x, .height_px = scene.view.size_px.y}),
+      view_(scene, rig, assets, world),
+      has_overlay_(scene.view.overlay),
       sheet_path_(stem + ".png") {
   if (scene.output.video)
     video_ = std::make_unique<VideoWriter>(stem + ".mp4", scene.view.size_px.x, scene.view.size_px.y, fps);
@@ -110,79 +16,14 @@ RunPictures::RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& a
     output_is_writable(sheet_path_);
     sheet_ = std::make_unique<ContactSheet>(scene.name);
   }
-  view_.meshes = obstacle_meshes(scene, assets);
-  if (scene.view.show_frusta) {
-    const float depth_m = 0.12F * length(rig.workspace_m.extent());
-    for (const Camera& camera : rig.cameras) {
-      // A depth camera that gives the silhouette, too, is drawn once.
-      const bool measures = std::any_of(rig.depth_cameras.begin(), rig.depth_cameras.end(),
-                                        [&](const Camera& d) { return d.name == camera.name; });
-      if (!measures) add_camera(view_, camera, depth_m);
-    }
-    for (const Camera& camera : rig.depth_cameras) add_camera(view_, camera, depth_m, {0.62F, 0.35F, 0.20F});
-  }
-  if (!rig.cameras.empty()) view_.boxes.push_back({rig.workspace_m});
-  if (scene.fluid)
-    view_.boxes.push_back(
-        {{vec_cast<float>(scene.fluid->box.min_m), vec_cast<float>(scene.fluid->box.max_m)}});
-  still_meshes_ = view_.meshes.size();
-  still_lines_ = view_.lines.size();
-  still_labels_ = view_.labels.size();
-  if (scene.view.photographs > 0 && world.perception() != nullptr) {
-    photos_ = std::make_shared<ViewPhotos>(
-        ViewPhotos{.cameras = rig.cameras,
-                   .images = {},
-                   .k = std::min(scene.view.photographs, static_cast<int>(rig.cameras.size())),
-                   .voxel_size_m = world.perception()->hull().voxel_size_m(),
-                   .center_m = rig.workspace_m.center()});
-  }
-}
-
-void RunPictures::show_models(std::vector<std::vector<std::uint8_t>> element_triangles) {
-  element_triangles_ = std::move(element_triangles);
 }
 
 void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& photos,
                       const std::string& overlay, const std::string& caption) {
-  view_.meshes.resize(still_meshes_);
-  view_.lines.resize(still_lines_);
-  view_.labels.resize(still_labels_);
-  view_.meshes.push_back({"real", std::move(snapshot.real), clay_material()});
-  if (photos_ && !photos.empty()) {
-    photos_->images = photos;
-    view_.meshes.back().photos = photos_;
-  }
-  for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
-    Material material = soft_material();
-    if (!element_triangles_.empty()) {
-      for (const std::uint8_t elements : {std::uint8_t{0}, std::uint8_t{1}}) {
-        material.color = elements != 0 ? kElementColor : kMatchedColor;
-        view_.meshes.push_back(
-            {scene_.bodies[b].name, part_of(snapshot.bodies[b], element_triangles_[b], elements), material});
-      }
-      continue;
-    }
-    material.color = vec_cast<float>(scene_.bodies[b].colour);
-    // Skin and walls of cuts share vertices.
-    if (scene_.bodies[b].cuttable) split_creases(snapshot.bodies[b]);
-    smooth_normals(snapshot.bodies[b], kNormalPasses);
-    view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
-  }
-  for (TriangleMesh& obstacle : snapshot.obstacles)
-    view_.meshes.push_back({"obstacle", std::move(obstacle), obstacle_material()});
-  for (TriangleMesh& blade : snapshot.blades)
-    view_.meshes.push_back({"blade", std::move(blade), steel_material()});
-  for (const ToolAxis& tool : snapshot.tools) add_tool_axis(view_, tool);
-  view_.liquids.clear();
-  if (scene_.fluid) {
-    ViewLiquid& liquid =
-        view_.liquids.emplace_back(scene_.fluid->looks == LiquidLooks::water ? water() : ViewLiquid{});
-    liquid.positions_m = std::move(snapshot.liquid_m);
-    liquid.spacing_m = static_cast<float>(scene_.fluid->spacing_m);
-  }
-  renderer_.render(view_, camera_, picture_);
+  view_.show(std::move(snapshot), photos);
+  renderer_.render(view_.scene(), view_.camera(), picture_);
   if (sheet_) sheet_->add(picture_, caption);
-  if (scene_.view.overlay) draw_line_of_text(picture_, overlay, 16, 18);
+  if (has_overlay_) draw_line_of_text(picture_, overlay, 16, 18);
   if (video_) video_->add(picture_);
   ++frames_;
 }
@@ -190,12 +31,6 @@ void RunPictures::add(FrameSnapshot snapshot, const std::vector<ColorImage>& pho
 void RunPictures::finish() {
   if (video_) video_->finish();
   if (sheet_ && frames_ > 0) write_png(sheet_path_, sheet_->image());
-}
-
-std::vector<std::vector<std::uint8_t>> element_triangles(World& world) {
-  std::vector<std::vector<std::uint8_t>> all;
-  for (const auto& body : world.bodies()) all.push_back(body->element_triangles(world.context()));
-  return all;
 }
 
 }  // namespace tactus

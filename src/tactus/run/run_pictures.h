@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
+#include "tactus/run/scene_view.h"
 #include "tactus/view/image_files.h"
 #include "tactus/view/renderer.h"
-#include "tactus/world/world.h"
 
 namespace tactus {
 
@@ -16,9 +16,10 @@ class RunPictures {
   RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets, const World& world,
               const std::string& stem, double fps);
 
-  /// Colours bodies by their model of deformation: per body and triangle of its surface, 1 where elements
-  /// deform it.
-  void show_models(std::vector<std::vector<std::uint8_t>> element_triangles);
+  /// As SceneView's.
+  void show_models(std::vector<std::vector<std::uint8_t>> element_triangles) {
+    view_.show_models(std::move(element_triangles));
+  }
   /// @param photos of the rig's cameras: worn where the scene wants it
   /// @param overlay one line on the picture  @param caption short, under its cell of the contact sheet
   void add(FrameSnapshot snapshot, const std::vector<ColorImage>& photos, const std::string& overlay,
@@ -29,22 +30,14 @@ class RunPictures {
   void finish();
 
  private:
-  const Scene scene_;
   Renderer renderer_;
-  ViewCamera camera_;
-  std::shared_ptr<ViewPhotos> photos_;  ///< none: the real surface is clay
-  ViewScene view_;  ///< still contents (cameras, workspace, obstacles) and the meshes of the newest frame
-  std::size_t still_meshes_ = 0;                    ///< obstacles and cameras: the first of `view_.meshes`
-  std::size_t still_lines_ = 0, still_labels_ = 0;  ///< likewise: the cameras'
+  SceneView view_;
+  bool has_overlay_;
   std::unique_ptr<VideoWriter> video_;
   std::unique_ptr<ContactSheet> sheet_;
   std::string sheet_path_;
-  std::vector<std::vector<std::uint8_t>> element_triangles_;
   ColorImage picture_;
   int frames_ = 0;
 };
-
-/// For show_models.
-std::vector<std::vector<std::uint8_t>> element_triangles(World& world);
 
 }  // namespace tactus

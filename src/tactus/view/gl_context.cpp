@@ -89,8 +89,7 @@ GlContext::GlContext() {
       if (context != EGL_NO_CONTEXT && eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
         display_ = display;
         context_ = context;
-        description_ = std::string(reinterpret_cast<const char*>(glGetString(GL_RENDERER))) + ", OpenGL " +
-                       reinterpret_cast<const char*>(glGetString(GL_VERSION));
+        description_ = current_context_description();
         eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
         return;
       }
@@ -108,22 +107,29 @@ GlContext::GlContext() {
 // The display is left initialised: it is shared by all contexts of the process.
 GlContext::~GlContext() { eglDestroyContext(display_, context_); }
 
-bool GlContext::software() const {
-  return has(description_.c_str(), "llvmpipe") || has(description_.c_str(), "softpipe");
+std::string current_context_description() {
+  return std::string(reinterpret_cast<const char*>(glGetString(GL_RENDERER))) + ", OpenGL " +
+         reinterpret_cast<const char*>(glGetString(GL_VERSION));
 }
 
-GlContext::Current::Current(const GlContext& context)
-    : display_(context.display_),
-      context_(context.context_),
-      previous_display_(eglGetCurrentDisplay()),
-      previous_context_(eglGetCurrentContext()),
-      previous_draw_(eglGetCurrentSurface(EGL_DRAW)),
-      previous_read_(eglGetCurrentSurface(EGL_READ)) {
+bool is_software(const std::string& description) {
+  return has(description.c_str(), "llvmpipe") || has(description.c_str(), "softpipe");
+}
+
+GlContext::Current::Current(const GlContext* context) {
+  if (context == nullptr) return;
+  display_ = context->display_;
+  context_ = context->context_;
+  previous_display_ = eglGetCurrentDisplay();
+  previous_context_ = eglGetCurrentContext();
+  previous_draw_ = eglGetCurrentSurface(EGL_DRAW);
+  previous_read_ = eglGetCurrentSurface(EGL_READ);
   if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
     throw Error("the renderer is in use by another thread");
 }
 
 GlContext::Current::~Current() {
+  if (context_ == nullptr) return;
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   if (previous_context_ != EGL_NO_CONTEXT)
     eglMakeCurrent(previous_display_, previous_draw_, previous_read_, previous_context_);

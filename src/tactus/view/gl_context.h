@@ -17,21 +17,27 @@ class GlContext {
   /// before.
   class Current {
    public:
-    explicit Current(const GlContext& context);
+    explicit Current(const GlContext& context) : Current(&context) {}
+    /// nullptr: the context that is current stays so.
+    explicit Current(const GlContext* context);
     ~Current();
     Current(const Current&) = delete;
     Current& operator=(const Current&) = delete;
 
    private:
-    void *display_, *context_, *previous_display_, *previous_context_, *previous_draw_, *previous_read_;
+    void *display_ = nullptr, *context_ = nullptr, *previous_display_ = nullptr, *previous_context_ = nullptr,
+         *previous_draw_ = nullptr, *previous_read_ = nullptr;
   };
   const std::string& description() const { return description_; }
-  /// Whether Mesa draws on the CPU.
-  bool software() const;
 
  private:
   void *display_ = nullptr, *context_ = nullptr;
   std::string description_;
 };
+
+/// Name and version of the driver whose context is current.
+std::string current_context_description();
+/// Whether a driver of this description is Mesa's that draws on the CPU.
+bool is_software(const std::string& description);
 
 }  // namespace tactus

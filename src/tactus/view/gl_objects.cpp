@@ -120,4 +120,23 @@ GlPictureTarget::GlPictureTarget(GLsizei width_px, GLsizei height_px, GLsizei sa
   check_complete(resolved.get(), what);
 }
 
+GLuint GlShownImage::upload(const ColorImage& image) {
+  if (image.width_px != width_px_ || image.height_px != height_px_) {
+    width_px_ = image.width_px;
+    height_px_ = image.height_px;
+    GLuint name = 0;
+    glCreateTextures(GL_TEXTURE_2D, 1, &name);
+    texture_ = GlTexture(name);
+    glTextureStorage2D(name, 1, GL_RGB8, width_px_, height_px_);
+    framebuffer_ = GlFramebuffer(create(glCreateFramebuffers));
+    glNamedFramebufferTexture(framebuffer_.get(), GL_COLOR_ATTACHMENT0, name, 0);
+    check_complete(framebuffer_.get(), "an image to show");
+  }
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(texture_.get(), 0, 0, 0, width_px_, height_px_, GL_RGB, GL_UNSIGNED_BYTE,
+                      image.pixels.data());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  return framebuffer_.get();
+}
+
 }  // namespace tactus

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "tactus/geom/image/image.h"
+
 namespace tactus {
 
 /// An object name and the call that deletes it.
@@ -78,6 +80,18 @@ struct GlPictureTarget {
   GlFramebuffer framebuffer, resolved;
   /// @throws Error when the driver refuses the size or the number of samples.
   GlPictureTarget(GLsizei width_px, GLsizei height_px, GLsizei samples);
+};
+
+/// An image of the host in a framebuffer, to be copied from.
+class GlShownImage {
+ public:
+  /// Returns the framebuffer. Its first row is the image's.
+  GLuint upload(const ColorImage& image);
+
+ private:
+  GlTexture texture_;
+  GlFramebuffer framebuffer_;
+  Index width_px_ = 0, height_px_ = 0;
 };
 
 }  // namespace tactus

@@ -88,14 +88,16 @@ struct LineSlot {
 
 struct Renderer::Impl {
   explicit Impl(const RendererOptions& o) : options(checked(o)) {
-    const GlContext::Current current(context);
-    smooth = options.samples == 0 && context.software();
+    if (!options.in_current_context) own_context = std::make_unique<GlContext>();
+    const Entered current = enter();
+    description = own_context ? own_context->description() : current_context_description();
+    smooth = options.samples == 0 && is_software(description);
     if (options.samples == 0) options.samples = smooth ? 1 : 4;
     gl = std::make_unique<Objects>(options);
   }
   ~Impl() {
     try {
-      const GlContext::Current current(context);
+      const Entered current = enter();
       gl.reset();
     } catch (const Error& error) {
       log_warning(error.what());
@@ -104,6 +106,10 @@ struct Renderer::Impl {
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
+
+  /// Holds the renderer's own context, or nothing where the caller's is used.
+  using Entered = GlContext::Current;
+  Entered enter() const { return Entered(own_context.get()); }
 
   struct Objects {
     explicit Objects(const RendererOptions& o)
@@ -126,7 +132,19 @@ struct Renderer::Impl {
     std::vector<std::unique_ptr<GlPhotos>> photos;    ///< of the meshes that wear some
     LineSlot lines;
     std::unique_ptr<GlLiquid> liquid;  ///< made when the first one comes
+    GlShownImage shown;
   };
+
+  void resize(Index width_px, Index height_px) {
+    if (width_px == options.width_px && height_px == options.height_px) return;
+    RendererOptions resized = options;
+    resized.width_px = width_px;
+    resized.height_px = height_px;
+    options = checked(resized);
+    const Entered current = enter();
+    gl->picture = GlPictureTarget(width_px, height_px, options.samples);
+    gl->liquid.reset();
+  }
 
   void upload(const ViewScene& scene, Vec3f eye_m) {
     while (gl->meshes.size() < scene.meshes.size()) gl->meshes.emplace_back();
@@ -280,12 +298,13 @@ struct Renderer::Impl {
       if (!(std::abs(ndc.x) < 1 && std::abs(ndc.y) < 1)) continue;
       if (depth_m_at(std::min(x, options.width_px - 1), std::min(y, options.height_px - 1)) < -0.99F * p.z)
         continue;
-      labels.push_back({&label, x - text_width_px(label.text, label.height_px) / 2, y - 5});
+      labels.push_back({label.text, x - text_width_px(label.text, label.height_px) / 2, y - 5,
+                        label.height_px, label.color});
     }
   }
 
   std::vector<float> depths_m() {
-    const GlContext::Current current(context);
+    const Entered current = enter();
     const Index w = options.width_px, h = options.height_px;
     glBlitNamedFramebuffer(gl->picture.framebuffer.get(), gl->picture.resolved.get(), 0, 0, w, h, 0, 0, w, h,
                            GL_DEPTH_BUFFER_BIT, GL_NEAREST);
@@ -301,10 +320,46 @@ struct Renderer::Impl {
     return depths;
   }
 
-  void read_back(ColorImage& image) {
+  /// The picture's samples become pixels.
+  void resolve() {
     const Index w = options.width_px, h = options.height_px;
     glBlitNamedFramebuffer(gl->picture.framebuffer.get(), gl->picture.resolved.get(), 0, 0, w, h, 0, 0, w, h,
                            GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  }
+
+  /// Draws all but labels, and finds these.
+  void paint(const ViewScene& scene, const ViewCamera& camera) {
+    for (const ViewMesh& view : scene.meshes) check_mesh(view);
+    const PictureLayout layout =
+        lay_out(scene, camera, static_cast<float>(options.width_px) / static_cast<float>(options.height_px));
+    upload(scene, camera.eye_m());
+    glDisable(GL_SCISSOR_TEST);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LEQUAL);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    draw_light(scene, layout);
+    draw_picture(scene, camera, layout);
+    clip_eye = layout.eye.clip_eye;
+    resolve();
+    find_labels(scene, camera, layout);
+  }
+
+  void show(GLuint framebuffer) {
+    const Index w = options.width_px, h = options.height_px;
+    GLuint from = gl->picture.resolved.get();
+    if (smooth) {
+      read_back(jagged);
+      smooth_edges(jagged, smoothed);
+      from = gl->shown.upload(smoothed);
+    }
+    // An image's rows go down, OpenGL's go up.
+    glBlitNamedFramebuffer(from, framebuffer, 0, 0, w, h, 0, smooth ? h : 0, w, smooth ? 0 : h,
+                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  }
+
+  void read_back(ColorImage& image) {
+    const Index w = options.width_px, h = options.height_px;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, gl->picture.resolved.get());
     rgba.resize(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 4);
     glReadPixels(0, 0, w, h, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
@@ -320,18 +375,15 @@ struct Renderer::Impl {
   }
 
   RendererOptions options;
-  GlContext context;
+  std::unique_ptr<GlContext> own_context;  ///< none: the caller's is current
+  std::string description;
   std::unique_ptr<Objects> gl;
-  struct SeenLabel {
-    const ViewLabel* label;
-    Index x_px, y_px;
-  };
-  std::vector<SeenLabel> labels;
+  std::vector<PlacedLabel> labels;
   std::vector<const GlMesh*> casters;
   std::vector<ViewLine> lines;
   std::vector<std::uint8_t> rgba;
   bool smooth = false;  ///< edges, after drawing
-  ColorImage jagged;
+  ColorImage jagged, smoothed;
   Mat4 clip_eye;  ///< of the last picture
 };
 
@@ -347,28 +399,35 @@ ColorImage Renderer::render(const ViewScene& scene, const ViewCamera& camera) {
 }
 
 void Renderer::render(const ViewScene& scene, const ViewCamera& camera, ColorImage& image) {
-  for (const ViewMesh& view : scene.meshes) check_mesh(view);
   Impl& impl = *impl_;
-  const PictureLayout layout = lay_out(
-      scene, camera, static_cast<float>(impl.options.width_px) / static_cast<float>(impl.options.height_px));
-  const GlContext::Current current(impl.context);
-  impl.upload(scene, camera.eye_m());
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_LEQUAL);
-  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-  impl.draw_light(scene, layout);
-  impl.draw_picture(scene, camera, layout);
-  impl.clip_eye = layout.eye.clip_eye;
+  const Impl::Entered current = impl.enter();
+  impl.paint(scene, camera);
   impl.read_back(impl.smooth ? impl.jagged : image);
-  impl.find_labels(scene, camera, layout);
   if (impl.smooth) smooth_edges(impl.jagged, image);
-  for (const auto& [label, x_px, y_px] : impl.labels)
-    draw_text(image, label->text, x_px, y_px, label->height_px, to_rgb8(label->color));
+  for (const PlacedLabel& label : impl.labels)
+    draw_text(image, label.text, label.x_px, label.y_px, label.height_px, to_rgb8(label.color));
+}
+
+void Renderer::draw(const ViewScene& scene, const ViewCamera& camera) {
+  const Impl::Entered current = impl_->enter();
+  GLint framebuffer = 0;
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
+  impl_->paint(scene, camera);
+  impl_->show(static_cast<GLuint>(framebuffer));
+}
+
+const std::vector<PlacedLabel>& Renderer::labels() const { return impl_->labels; }
+
+void Renderer::resize(Index width_px, Index height_px) { impl_->resize(width_px, height_px); }
+
+float Renderer::depth_m(Index x_px, Index y_px) {
+  const Impl::Entered current = impl_->enter();
+  return impl_->depth_m_at(x_px, y_px);
 }
 
 std::vector<float> Renderer::depths_m() { return impl_->depths_m(); }
 
-const std::string& Renderer::description() const { return impl_->context.description(); }
+const std::string& Renderer::description() const { return impl_->description; }
 
 std::string Renderer::sharing(const Device& device) {
   const GlContext context;

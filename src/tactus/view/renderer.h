@@ -1,5 +1,6 @@
 #pragma once
-/// Pictures without a screen: OpenGL 4.5 through EGL, on a GPU or on Mesa's software driver.
+/// Pictures with OpenGL 4.5, on a GPU or on Mesa's software driver: without a screen through EGL, or in the
+/// context of a window.
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,6 +18,17 @@ struct RendererOptions {
   int samples = 0;
   Index shadow_map_px = 1024;     ///< side of the key light's shadow map, 64 to 8192; 0: no shadows
   bool ambient_occlusion = true;  ///< darken surfaces under and beside others
+  /// Draws in the context that is current here, and at each later call, too: a window's. Without, in a
+  /// context of its own.
+  bool in_current_context = false;
+};
+
+/// A label where it is seen on a picture: its upper left corner, in pixels from the picture's.
+struct PlacedLabel {
+  std::string text;
+  Index x_px = 0, y_px = 0;
+  float height_px = 13;
+  Vec3f color{};  ///< sRGB
 };
 
 /// Draws snapshots into images. Buffers live as long as the renderer and grow by doubling, so drawing a scene
@@ -36,6 +48,15 @@ class Renderer {
   ColorImage render(const ViewScene& scene, const ViewCamera& camera);
   /// The same into `image`, whose memory is reused.
   void render(const ViewScene& scene, const ViewCamera& camera, ColorImage& image);
+  /// The same picture, without its labels, into the current draw framebuffer. Labels are in labels().
+  void draw(const ViewScene& scene, const ViewCamera& camera);
+  /// Those of the last picture.
+  const std::vector<PlacedLabel>& labels() const;
+  /// Changes the size of the next pictures. @throws Error for a size out of range.
+  void resize(Index width_px, Index height_px);
+  /// Distance from the eye, along its axis, of the surface at a pixel of the last picture [m]; where nothing
+  /// is, as depths_m(). `y_px` counts from above; the pixel is in the picture.
+  float depth_m(Index x_px, Index y_px);
   /// Distances of the surfaces in the last picture from the eye, along its axis [m]; row by row from above.
   /// Where nothing is, as far as the farthest that could be drawn.
   std::vector<float> depths_m();
