@@ -4,6 +4,7 @@
 #include "support/device_sets.h"
 #include "support/filmed_world.h"
 #include "support/message_of.h"
+#include "support/probe_readings.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 
@@ -73,7 +74,7 @@ Played play(const Scene& scene, const std::string& devices_text, int frames) {
     // (One test drives a bar that begins in the ball, and is told so.)
     std::erase_if(notices, [](const Notice& n) { return n.code == "body.in_surface"; });
     EXPECT_EQ(text_of(notices), "");
-    played.probes.push_back(simulation.probe_positions_m());
+    played.probes.push_back(probe_positions_m(simulation));
     const auto forces = simulation.motion_forces();
     played.force_N.push_back(forces.at(0).empty() ? Vec3d{} : forces[0][0].force_N);
   }

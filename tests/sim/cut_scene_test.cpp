@@ -11,6 +11,7 @@
 #include "support/device_sets.h"
 #include "support/filmed_world.h"
 #include "support/message_of.h"
+#include "support/probe_readings.h"
 #include "support/sliced_block.h"
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
@@ -47,7 +48,7 @@ Played play(const Scene& scene, const char* devices_text) {
     const StepReport report = simulation.step(nullptr, 1.0 / 30);
     played.notices.insert(played.notices.end(), report.notices.begin(), report.notices.end());
   }
-  played.probes = simulation.probe_positions_m();
+  played.probes = probe_positions_m(simulation);
   played.state = simulation.bodies()[0]->cut_state(simulation.context());
   played.cuts = simulation.cuts();
   return played;
@@ -182,7 +183,7 @@ Fallen fall(const char* devices_text, int frames, bool walls_touch = true) {
     float force_N = 0;
     for (const BodyContact& touch : report.contacts) force_N += touch.reaction.force_N.y;
     fallen.force_N.push_back(force_N);
-    fallen.probes.push_back(simulation.probe_positions_m());
+    fallen.probes.push_back(probe_positions_m(simulation));
   }
   fallen.state = simulation.bodies()[0]->cut_state(simulation.context());
   const CubeLattice& lattice = simulation.bodies()[0]->shape().lattice;

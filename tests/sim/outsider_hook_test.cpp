@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "support/filmed_world.h"
+#include "support/probe_readings.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
@@ -69,7 +70,7 @@ Vec3d sag_m(double spacing_m, Vec3d gravity_m_s2) {
   test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {.meshes = {{"hook", half_torus()}}});
   const StepReport report = simulation.step(nullptr, 0);
   EXPECT_EQ(text_of(report.notices), "");
-  return vec_cast<double>(simulation.probe_positions_m()[0]) - Vec3d{-kRing, 1e-6, 0};
+  return vec_cast<double>(probe_positions_m(simulation)[0]) - Vec3d{-kRing, 1e-6, 0};
 }
 
 /// CalculiX 2.20, 8,707 quadratic tetrahedra (gmsh, edges of 4 mm): the mean of the free foot moves by

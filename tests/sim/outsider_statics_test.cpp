@@ -7,6 +7,7 @@
 #include "support/device_sets.h"
 #include "support/filmed_world.h"
 #include "support/message_of.h"
+#include "support/probe_readings.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
@@ -57,7 +58,7 @@ Played play(const Scene& scene, int frames, const std::string& devices_text = "c
     played.notices += text_of(simulation.step(nullptr, k == 0 ? 0 : 1.0 / 60).notices);
   played.x_m = simulation.bodies()[0]->positions_m(devices.context(0));
   played.momentum_kg_m_s = simulation.monitors()[0].momentum_kg_m_s;
-  played.strains = simulation.probe_strains();
+  played.strains = probe_strains(simulation);
   played.rest_m = simulation.bodies()[0]->shape().lattice.rest_positions_m();
   return played;
 }
@@ -338,11 +339,11 @@ TEST(OutsiderSettling, SwingsFadeByDrag) {
   test::FilmedWorld at_rest(devices, settled, make_synthetic_rig(), {}),
       swings(devices, scene, make_synthetic_rig(), {});
   at_rest.step(nullptr, 0);
-  const double middle_m = double{at_rest.probe_positions_m()[0].y};
+  const double middle_m = double{probe_positions_m(at_rest)[0].y};
   double early_m = 0, early_s = 0, late_m = 0, late_s = 0;
   for (int k = 0; k <= 240; ++k) {
     swings.step(nullptr, k == 0 ? 0 : 1 / 240.0);
-    const double away_m = std::abs(double{swings.probe_positions_m()[0].y} - middle_m), now_s = k / 240.0;
+    const double away_m = std::abs(double{probe_positions_m(swings)[0].y} - middle_m), now_s = k / 240.0;
     if (k > 0 && now_s < 0.2 && away_m > early_m) early_m = away_m, early_s = now_s;
     if (now_s > 0.8 && away_m > late_m) late_m = away_m, late_s = now_s;
   }

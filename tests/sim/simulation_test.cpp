@@ -5,6 +5,7 @@
 #include "support/device_sets.h"
 #include "support/filmed_world.h"
 #include "support/message_of.h"
+#include "support/probe_readings.h"
 #include "support/synthetic_frame.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
@@ -70,7 +71,7 @@ Result press(const std::string& devices_text, const Scene& scene = slab_scene())
     result.report = simulation.step(ball_frame(y_m, k / 30.0), k == 0 ? 0 : 1.0 / 30);
     EXPECT_EQ(text_of(result.report.notices), "");
   }
-  result.probes = simulation.probe_positions_m();
+  result.probes = probe_positions_m(simulation);
   result.surface = simulation.snapshot().bodies.at(0).positions_m;
   return result;
 }
@@ -171,9 +172,9 @@ TEST(World, ARateOfShapeMatchingThatCannotBeIsRefused) {
 TEST(World, WithoutContactTheSlabStaysAtRest) {
   DeviceSet devices("cpu");
   test::FilmedWorld simulation(devices, slab_scene(), make_synthetic_rig(), {});
-  const std::vector<Vec3f> before = simulation.probe_positions_m();
+  const std::vector<Vec3f> before = probe_positions_m(simulation);
   for (int k = 0; k < 5; ++k) simulation.step(ball_frame(0.6, k / 30.0), k == 0 ? 0 : 1.0 / 30);
-  const std::vector<Vec3f> after = simulation.probe_positions_m();
+  const std::vector<Vec3f> after = probe_positions_m(simulation);
   for (std::size_t i = 0; i < before.size(); ++i)
     EXPECT_LT(length(after[i] - before[i]), 1e-5F);  // 2e-4 of a cube
 }
@@ -261,7 +262,7 @@ TEST(World, ProbesSitWhereTheyAreAskedFor) {
                   {"world", "slab", CoordinateFrame::world, {0.1, 0.263, -0.117}},
                   {"face", "slab", CoordinateFrame::body, {0.03, 0.05, 0.2}}};
   test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
-  const std::vector<Vec3f> at = simulation.probe_positions_m();
+  const std::vector<Vec3f> at = probe_positions_m(simulation);
   // Rounding of numbers below 1 m, a few times: 1e-6.
   EXPECT_LT(length(at[0] - Vec3f{0.1F, 0.263F, -0.117F}), 1e-6F);
   EXPECT_LT(length(at[1] - at[0]), 1e-6F);

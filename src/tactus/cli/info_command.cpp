@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "tactus/base/error.h"
@@ -71,16 +72,24 @@ void info(const std::string& json_path) {
   if (!json_path.empty()) write_json_file(json_path, json);
 }
 
-/// The scene is set up on the CPU: the order of its frame is the same everywhere.
-void print_frame(const std::string& scene_path) {
+/// The scene is set up on the CPU: its frame and parameters are the same everywhere.
+void with_world(const std::string& scene_path, const std::function<void(World&)>& use) {
   const Scene scene = read_scene(scene_path);
   DeviceSet devices("cpu");
   const std::unique_ptr<FrameSource> source =
       open_frame_source(scene.source, {.colors = false, .depth = scene.reconstruction.depth});
   const BodyAssets assets = load_body_assets(scene);
   const auto perception = make_perception(devices, scene, source->rig(), assets);
-  const World world(devices, scene, assets, perception.get());
-  std::fputs(world.schedule().text().c_str(), stdout);
+  World world(devices, scene, assets, perception.get());
+  use(world);
+}
+
+void print_frame(const World& world) { std::fputs(world.schedule().text().c_str(), stdout); }
+
+void print_parameters(World& world) {
+  for (const SceneParameter& p : world.parameters().list())
+    std::printf("%-44s %12s  %-26s %s\n", p.name.c_str(), number_text(p.value).c_str(),
+                p.range_text().c_str(), p.meaning.c_str());
 }
 
 }  // namespace
@@ -89,7 +98,8 @@ void add_info_command(CLI::App& app) {
   auto file_path = std::make_shared<std::string>();
   auto unit_m = std::make_shared<double>(1);
   auto json_path = std::make_shared<std::string>();
-  auto scene_path = std::make_shared<std::string>();
+  auto frame_of = std::make_shared<std::string>();
+  auto parameters_of = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand(
       "info",
       "What this machine offers: devices, memory, peers, versions; or what a mesh or label volume holds");
@@ -98,20 +108,23 @@ void add_info_command(CLI::App& app) {
   command->add_option("--unit-m", *unit_m, "metres per unit of length in the mesh file (0.001: millimetres)")
       ->check(CLI::Range(1e-9, 1000.0));
   add_output(*command, "--json", *json_path, "the same as JSON (-: standard output)");
-  command->add_option("--frame", *scene_path,
+  command->add_option("--frame", *frame_of,
                       "the frame of a scene: its stages in order, what they read and write");
+  command->add_option("--parameters", *parameters_of,
+                      "what of a scene may change while it runs (run --set): values and ranges");
   command->footer(
       "Examples:\n  tactus info --json info.json\n  tactus info --frame scenes/demo.yaml\n  tactus info "
-      "liver.nii.gz\n  tactus info scan.stl --unit-m 0.001");
-  command->callback([json_path, scene_path, file_path, unit_m] {
+      "--parameters scenes/touch.yaml\n  tactus info liver.nii.gz\n  tactus info scan.stl --unit-m 0.001");
+  command->callback([json_path, frame_of, parameters_of, file_path, unit_m] {
     if (!file_path->empty()) {
       if (!json_path->empty()) output_is_writable(*json_path);
       const nlohmann::json json = print_file_info(*file_path, *unit_m);
       if (!json_path->empty()) write_json_file(*json_path, json);
       return;
     }
-    if (scene_path->empty()) return info(*json_path);
-    print_frame(*scene_path);
+    if (!parameters_of->empty()) return with_world(*parameters_of, print_parameters);
+    if (!frame_of->empty()) return with_world(*frame_of, print_frame);
+    info(*json_path);
   });
 }
 

@@ -74,6 +74,7 @@ void run(const RunOptions& options) {
   RunProgress progress;
   if (!options.restart_path.empty())
     progress = read_checkpoint(options.restart_path, options.scene_path, *source, world);
+  set_parameters(world.parameters(), options.parameters);
   RecordingFilter* recorder = nullptr;
   if (!options.record_path.empty()) {
     auto recorded = std::make_unique<RecordingFilter>(std::move(source), options.record_path);

@@ -72,6 +72,25 @@ Scene scene_of(const RunOptions& options) {
   return scene;
 }
 
+void set_parameters(SceneParameters& parameters, const std::vector<std::string>& settings) {
+  for (const std::string& setting : settings) {
+    const std::size_t equals = setting.find('=');
+    double value = 0;
+    const char* const end = setting.data() + setting.size();
+    if (equals != setting.npos) {
+      const auto [read_to, error] = std::from_chars(setting.data() + equals + 1, end, value);
+      if (error == std::errc() && read_to == end) {
+        parameters.set(setting.substr(0, equals), value);
+        continue;
+      }
+    }
+    throw usage_error(
+        "--set '" + setting +
+        "': expected NAME=NUMBER, as contact.friction=0.6; 'tactus info --parameters SCENE' lists "
+        "the names");
+  }
+}
+
 double parse_budget_s(const std::string& text) {
   if (text.empty()) return 0;
   double value = 0;
@@ -96,6 +115,9 @@ void add_run_flags(CLI::App& command, RunOptions& options) {
              "stage times, counters, monitors and probes as JSON (-: standard output)");
   command.add_option("--contacts", options.contacts,
                      "body whose contacts --json writes point by point; may be given several times");
+  command.add_option("--set", options.parameters,
+                     "NAME=NUMBER: a parameter of the scene, as contact.friction=0.6; may be given several "
+                     "times; info --parameters lists them");
   command.add_flag(
       "--explain", options.explain,
       "say in which frames and where bodies are strained badly, what acts there, and what it costs");

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tactus/sim/scene.h"
+#include "tactus/world/scene_parameters.h"
 
 namespace CLI {
 class App;
@@ -20,11 +21,14 @@ struct RunOptions {
   int frames = 0;                        ///< 0: all
   bool explain = false;                  ///< where and why bodies are strained
   std::vector<std::string> contacts;     ///< bodies whose contacts are reported point by point
+  std::vector<std::string> parameters;   ///< "NAME=VALUE": of the scene, from its first frame on
 };
 
 void add_run_flags(CLI::App& command, RunOptions& options);
 /// The scene as the flags change it. @throws usage Error naming the flag that doesn't go with it.
 Scene scene_of(const RunOptions& options);
+/// @param settings "NAME=VALUE". @throws usage Error naming the one that is none, or that can't be set.
+void set_parameters(SceneParameters& parameters, const std::vector<std::string>& settings);
 /// "11ms" or "0.011s" in seconds; 0 for "". @throws usage Error naming the flag.
 double parse_budget_s(const std::string& text);
 

@@ -59,6 +59,13 @@ ContactSettings checked(const ContactSettings& s) {
 Contact::Contact(Device& device, const ContactSettings& settings)
     : settings_(checked(settings)), poses_(device, kMostSubsteps) {}
 
+void Contact::set_response(float friction, float restitution) {
+  ContactSettings changed = settings_;
+  changed.friction = friction;
+  changed.restitution = restitution;
+  settings_ = checked(changed);
+}
+
 void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const ContactTimes& times,
                           View<const ToolMotion> tools) {
   times_ = times;

@@ -78,6 +78,8 @@ class Contact {
   void find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                   View<const SearchParticle> particles, Count count, float reach_m, Index first_collider,
                   Index k, const NearWalls& near) const;
+  /// Between frames. A recorded frame must be recorded anew. @throws Error as the constructor.
+  void set_response(float friction, float restitution);
   /// After 1, 2, .. substeps of this frame.
   View<const SurfacePoses> poses() const { return poses_.const_view(); }
 

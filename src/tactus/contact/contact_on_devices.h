@@ -33,6 +33,10 @@ class ContactOnDevices {
   void set_coarseness(float spacings) {
     for (auto& part : parts_) part->surface.set_coarseness(spacings);
   }
+  /// As Contact::set_response, on every device.
+  void set_response(float friction, float restitution) {
+    for (auto& part : parts_) part->contact.set_response(friction, restitution);
+  }
   /// How tools move from now on; until then none is there. Asynchronous, between frames.
   /// @param tools as the obstacles count them
   void move_tools(std::span<const ToolMotion> tools);

@@ -48,6 +48,12 @@ Wounds::Wounds(ExecContext& ctx, const WoundSettings& settings)
   set_pieces(ctx, {});
 }
 
+void Wounds::set_rate_m_s(float rate_m_s) {
+  WoundSettings changed = settings_;
+  changed.rate_m_s = rate_m_s;
+  settings_ = checked(changed);
+}
+
 void Wounds::set_pieces(ExecContext& ctx, std::span<const WoundPiece> pieces) {
   const auto n = static_cast<Index>(pieces.size());
   if (n > max_pieces())

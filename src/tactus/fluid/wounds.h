@@ -30,6 +30,8 @@ class Wounds {
   /// @throws Error when there are more than max_pieces.
   void set_pieces(ExecContext& ctx, std::span<const WoundPiece> pieces);
 
+  /// Between frames. A recorded frame must be recorded anew. @throws Error unless it is positive.
+  void set_rate_m_s(float rate_m_s);
   /// @param x_m, v_m_s of the body's nodes
   void try_places(ExecContext& ctx, View<const FrameParams> frame, View<const Vec3f> x_m,
                   View<const Vec3f> v_m_s);

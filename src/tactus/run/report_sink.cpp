@@ -88,10 +88,11 @@ nlohmann::json strains_json(const RunSummary& summary, std::size_t probe) {
   nlohmann::json json;
   for (const char* key : {"green_strain", "cauchy_stress_Pa", "von_mises_Pa"})
     json[key] = nlohmann::json::array();
-  for (const std::vector<CubeStrain>& frame : summary.probe_strains) {
-    json["green_strain"].push_back(components(frame[probe].strain));
-    json["cauchy_stress_Pa"].push_back(components(frame[probe].stress_Pa));
-    json["von_mises_Pa"].push_back(frame[probe].von_mises_Pa());
+  for (const std::vector<ProbeReading>& frame : summary.probes) {
+    const CubeStrain& of = frame[probe].strain;
+    json["green_strain"].push_back(components(of.strain));
+    json["cauchy_stress_Pa"].push_back(components(of.stress_Pa));
+    json["von_mises_Pa"].push_back(of.von_mises_Pa());
   }
   return json;
 }
@@ -222,8 +223,7 @@ void ReportSink::frame(RunFrame& frame) {
   summary_.add(frame.report);
   for (const std::string& body : contacts_of_)
     points_[body].push_back(points_json(frame.world.contacts(body)));
-  summary_.probes.push_back(world.probe_positions_m());
-  summary_.probe_strains.push_back(world.probe_strains());
+  summary_.probes.push_back(world.probes());
   summary_.monitors.push_back(world.monitors());
   if (const Perception* seen = world.perception()) summary_.blades.push_back(seen->tracked_blades().now());
   summary_.motion_forces.push_back(world.motion_forces());
@@ -272,8 +272,10 @@ nlohmann::json ReportSink::to_json(const FrameLoop& loop, World& world, const st
         {{"code", n.code}, {"severity", severity_text(n.severity)}, {"text", n.text}, {"remedy", n.remedy}});
   for (std::size_t p = 0; p < scene_.probes.size(); ++p) {
     nlohmann::json track = nlohmann::json::array();
-    for (const std::vector<Vec3f>& frame : summary.probes)
-      track.push_back({frame[p].x, frame[p].y, frame[p].z});
+    for (const std::vector<ProbeReading>& frame : summary.probes) {
+      const Vec3f at_m = frame[p].position_m;
+      track.push_back({at_m.x, at_m.y, at_m.z});
+    }
     json["probes"][scene_.probes[p].name] = track;
     json["probe_strains"][scene_.probes[p].name] = strains_json(summary, p);
   }

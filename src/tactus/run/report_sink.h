@@ -20,8 +20,7 @@ struct RunSummary {
   std::vector<std::vector<LiquidReaction>> liquid_forces;            ///< per frame
   std::vector<std::vector<BodyContact>> contacts;                    ///< per frame
   std::vector<std::vector<TrackedBlade>> blades;                     ///< per frame, those that are tracked
-  std::vector<std::vector<Vec3f>> probes;                            ///< per frame, in the scene's order
-  std::vector<std::vector<CubeStrain>> probe_strains;                ///< likewise
+  std::vector<std::vector<ProbeReading>> probes;                     ///< per frame, in the scene's order
   std::vector<std::vector<BodyMonitors>> monitors;                   ///< per frame and body
   std::vector<std::vector<std::vector<MotionForce>>> motion_forces;  ///< per frame, body and moved region
 

@@ -72,6 +72,7 @@ void SceneLiquid::bleed(Felt& felt, const ContactOnDevices::Part& solid, View<co
   const ContactNodes nodes = felt.body->contact_nodes();
   Wounds& wounds = *felt.wounds;
   ExecContext& ctx = devices_.context(0);
+  wounds.set_rate_m_s(static_cast<float>(felt.body->bleeding()->rate_m_s));  // it may change between frames
   wounds.try_places(ctx, frame, View<const Vec3f>(nodes.x_m), View<const Vec3f>(nodes.v_m_s));
   liquid_.find_box_walls(ctx, wounds.search(), wounds.near_walls());
   solid.contact.find_walls(ctx, solid.surface, solid.obstacles.view(), wounds.search().cells().particles,

@@ -113,6 +113,7 @@ void World::archive(StateArchive& a, const FrameSet* last) {
   a.set_owner("bodies that touch");
   touching_.archive(a);
   if (liquid_) liquid_->archive(a);
+  parameters_.archive(a);
   if (a.reads()) a.finish();
   devices_.synchronize();
 }

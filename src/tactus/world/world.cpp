@@ -117,6 +117,7 @@ World::World(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, P
     liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_,
                                             still_ones(obstacle_descriptions(scene, assets)));
   add_stages();
+  add_parameters();
   schedule_.close();
   devices_.synchronize();
 }
@@ -356,30 +357,17 @@ std::vector<std::vector<MotionForce>> World::motion_forces() {
   return all;
 }
 
-std::vector<Vec3f> World::probe_positions_m() {
-  std::vector<Vec3f> positions;
-  for_each_probe([&](const Probe& probe, std::span<const Vec3f> x_m) {
-    positions.push_back(probe.point.position_m(x_m));
-  });
-  return positions;
-}
-
-std::vector<CubeStrain> World::probe_strains() {
-  std::vector<CubeStrain> strains;
-  for_each_probe([&](const Probe& probe, std::span<const Vec3f> x_m) {
-    strains.push_back(probe.strain.mean(bodies_[probe.body]->strains(x_m, probe.strain.cubes)));
-  });
-  return strains;
-}
-
-/// @param use is called with each probe and its body's nodes
-void World::for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use) {
+std::vector<ProbeReading> World::probes() {
   std::vector<std::vector<Vec3f>> nodes_m(bodies_.size());  // of bodies with probes, each once
+  std::vector<ProbeReading> readings;
   for (const Probe& probe : probes_) {
+    const SoftBody& body = *bodies_[probe.body];
     std::vector<Vec3f>& x_m = nodes_m[probe.body];
-    if (x_m.empty()) x_m = bodies_[probe.body]->positions_m(devices_.context(0));
-    use(probe, x_m);
+    if (x_m.empty()) x_m = body.positions_m(devices_.context(0));
+    readings.push_back(
+        {probe.point.position_m(x_m), probe.strain.mean(body.strains(x_m, probe.strain.cubes))});
   }
+  return readings;
 }
 
 }  // namespace tactus

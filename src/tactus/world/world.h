@@ -22,6 +22,7 @@
 #include "tactus/world/contact_log.h"
 #include "tactus/world/energy_watch.h"
 #include "tactus/world/obstacle_watch.h"
+#include "tactus/world/scene_parameters.h"
 
 namespace tactus {
 
@@ -51,6 +52,12 @@ struct StepReport {
 /// Force and torque of a prescribed motion on a body.
 struct MotionForce {
   Vec3d force_N, torque_N_m;  ///< the torque about the moved region's pivot
+};
+
+/// Where the tissue under a probe is, and how it is strained.
+struct ProbeReading {
+  Vec3f position_m;   ///< world
+  CubeStrain strain;  ///< and stress
 };
 
 /// Meshes for viewers and exporters: owns its data, never the world's.
@@ -94,6 +101,8 @@ class World {
   }
   /// Where it is now. @throws usage Error for an obstacle that does not move.
   Rigidd pose(const std::string& obstacle) const { return moving_obstacles_.pose(obstacle); }
+  /// What may change while it runs: gravity, friction, stiffness, drag, bleeding.
+  SceneParameters& parameters() { return parameters_; }
   /// From the next frame on, contacts() has those of this body. @throws usage Error for a body that isn't in
   /// the scene, with those that are.
   void report_contacts(const std::string& body) { contact_log_.ask(body); }
@@ -110,10 +119,8 @@ class World {
   FrameSnapshot snapshot();
   /// The viewer has the snapshot of the last frame: counts the latency of live images.
   void note_shown();
-  /// World positions of the scene's probes [m], in its order. Synchronizes.
-  std::vector<Vec3f> probe_positions_m();
-  /// Likewise, strain and stress there.
-  std::vector<CubeStrain> probe_strains();
+  /// Of the scene's probes, in its order. Synchronizes.
+  std::vector<ProbeReading> probes();
   /// Monitors of every body, in the scene's order. Synchronizes.
   std::vector<BodyMonitors> monitors();
   /// Per body and moved region: of the prescribed motion on the body, in the mean over the last frame.
@@ -153,8 +160,10 @@ class World {
   void add_probe(const ProbeDescription& probe);
   /// @throws usage Error for a plan that misses its body.
   void add_plans();
-  void for_each_probe(const std::function<void(const Probe&, std::span<const Vec3f>)>& use);
   void add_stages();
+  // world_parameters.cpp
+  void add_parameters();
+  void add_parameters_of(SoftBody& body, const BodyDescription& description);
   // world_images.cpp
   void add_surface_stages(StageDevices touching);
   bool begin_images(StepReport& report);
@@ -253,6 +262,7 @@ class World {
   std::vector<Notice> start_notices_;    ///< for the first frame to tell
   std::set<std::string> reported_cuts_;  ///< notices given of blades and bodies
   SubstepChoice substep_choice_;
+  SceneParameters parameters_;
   Timings timings_;
 };
 

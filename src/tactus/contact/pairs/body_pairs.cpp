@@ -161,6 +161,13 @@ PairState BodyPairs::state() {
           records_.view(),     moved_on_.view(),    used_.view(),          smallest_mass_kg_};
 }
 
+void BodyPairs::set_response(float friction, float restitution) {
+  ContactSettings changed = settings_;
+  changed.friction = friction;
+  changed.restitution = restitution;
+  settings_ = checked(changed);
+}
+
 void BodyPairs::begin_frame(ExecContext& ctx) { ctx.fill_bytes(recorded_.view(), 0); }
 
 void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {

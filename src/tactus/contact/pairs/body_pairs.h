@@ -37,6 +37,8 @@ class BodyPairs {
   /// capacity.
   void apply(ExecContext& ctx, Index body, const SolidChange& change);
 
+  /// As Contact::set_response.
+  void set_response(float friction, float restitution);
   void begin_frame(ExecContext& ctx);
   /// @param poses of the real surface: moments are about its centre
   void correct(ExecContext& ctx, View<const SurfacePoses> poses);

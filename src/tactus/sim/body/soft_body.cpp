@@ -100,7 +100,9 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAs
 
 SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device)
     : description_(body),
+      built_young_Pa_(body.material.young_modulus_pa),
       shape_(std::move(shape)),
+      built_materials_(shape_.materials),
       element_options_(element_options(body.material, shape_)),
       devices_(devices),
       on_first_device_(on_first_device),
@@ -109,10 +111,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
       surface_(devices.context(0), shape_.lattice, shape_.surface_m, 1,
                surface_capacity(shape_.lattice, shape_.surface_m)),
       full_stiffness_(body.material.kappa == Stiffness::paper) {
-  float young_Pa = 0;
-  for (const ElasticMaterial& m : shape_.materials) young_Pa = std::max(young_Pa, m.young_Pa);
-  largest_energy_J_ = 100 * double{young_Pa} * std::pow(double{shape_.lattice.spacing_m}, 3) *
-                      static_cast<double>(shape_.lattice.cube_count());
+  find_largest_energy();
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
   if (body.cuttable) make_cuttable(devices.context(0));
@@ -120,6 +119,22 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
                     " cubes: finding their surface's points");
   if (body.contact) make_points();
   report_many_cubes(body, static_cast<double>(shape_.lattice.cube_count()), " cubes: made");
+}
+
+void SoftBody::find_largest_energy() {
+  float young_Pa = 0;
+  for (const ElasticMaterial& m : shape_.materials) young_Pa = std::max(young_Pa, m.young_Pa);
+  largest_energy_J_ = 100 * double{young_Pa} * std::pow(double{shape_.lattice.spacing_m}, 3) *
+                      static_cast<double>(shape_.lattice.cube_count());
+}
+
+void SoftBody::set_young_modulus_Pa(double young_Pa) {
+  const auto scale = static_cast<float>(young_Pa / built_young_Pa_);
+  tissue_.scale_stiffness(scale);
+  description_.material.young_modulus_pa = young_Pa;
+  for (std::size_t k = 0; k < shape_.materials.size(); ++k)
+    shape_.materials[k].young_Pa = scale * built_materials_[k].young_Pa;
+  find_largest_energy();
 }
 
 std::string SoftBody::devices_text() const {

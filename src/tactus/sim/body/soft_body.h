@@ -63,6 +63,12 @@ class SoftBody {
   std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
   /// Likewise, mean torque about the axis' pivot [N m].
   std::vector<Vec3d> motion_torques_N_m(double dt_frame_s) { return tissue_.motion_torques_N_m(dt_frame_s); }
+  /// Between frames: Young's modulus of the body, and those of its regions in proportion; and its drag. Other
+  /// parts of a material can't change. A recorded frame must be recorded anew.
+  void set_young_modulus_Pa(double young_Pa);
+  void set_drag_per_s(double drag_per_s) { description_.material.drag_per_s = drag_per_s; }
+  /// Of a body that bleeds; likewise.
+  void set_bleeding_m_s(double rate_m_s) { description_.bleeding.value().rate_m_s = rate_m_s; }
   /// Declares its work in a frame: steps, contact, the check of nodes, and the surface that is seen. `world`
   /// and the schedule's frame must outlive its runs.
   void add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world, Vec3f gravity_m_s2);
@@ -190,6 +196,7 @@ class SoftBody {
   void begin_stage(ExecContext& ctx);
   int check_every(int substeps) const;
   bool nothing_acts() const { return is_untouched() && shape_.motions.empty() && shape_.loads.empty(); }
+  void find_largest_energy();
   void warn_of_many_substeps(float dt_s, int substeps, int most);
   /// "" or why the body's state is none that its material could reach.
   std::string impossible_state() const;
@@ -201,7 +208,9 @@ class SoftBody {
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
+  double built_young_Pa_;
   BodyShape shape_;
+  std::vector<ElasticMaterial> built_materials_;  ///< shape_'s, before Young's modulus was set
   TledOptions element_options_;
   DeviceSet& devices_;
   bool on_first_device_;

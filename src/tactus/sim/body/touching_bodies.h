@@ -27,6 +27,10 @@ class TouchingBodies {
                  const ContactDescription& contact, const FrameDescription& frame);
   /// After the stages of the bodies. `contact` and this must outlive the schedule's runs.
   void add_stages(Schedule& schedule, Readback& readback, const Contact& contact);
+  /// As Contact::set_response.
+  void set_response(float friction, float restitution) {
+    if (pairs_) pairs_->set_response(friction, restitution);
+  }
   /// Takes a cut of a body over, between frames: its walls touch each other and other bodies. Synchronizes.
   /// @param body place in the scene @param points as the body's contact points count them
   void apply(Index body, const cut::BodyCutter& cutter, const TopologyChange& change,

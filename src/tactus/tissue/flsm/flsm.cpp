@@ -35,8 +35,7 @@ Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& r, c
   check_range("stiffness scale", material.stiffness_scale, 0.1F, 10);
   grid_ = r.grid;
   sigma2_ = r.sigma2_m2;
-  omega_ = static_cast<float>(std::sqrt(double{material.stiffness_scale} * double{material.young_Pa} /
-                                        (double{material.density_kg_m3} * sigma2_)));
+  scale_stiffness(1);
   if (material.damping_time_s > 0)
     material_.damping_ratio = std::clamp(0.5F * material.damping_time_s * omega_, 0.1F, 0.7F);
   cell_ = to_device(ctx, r.cell);
@@ -76,8 +75,16 @@ Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& r, c
   turns_y_ = zeros<float>(ctx, 3 * cells);
 }
 
+void Flsm::scale_stiffness(float scale) {
+  check_range("stiffness scale", scale, 1e-6F, 1e6F);
+  scale_ = scale;
+  omega_ =
+      static_cast<float>(std::sqrt(double{scale} * double{material_.stiffness_scale} *
+                                   double{material_.young_Pa} / (double{material_.density_kg_m3} * sigma2_)));
+}
+
 float Flsm::effective_young_Pa(float dt_s) const {
-  return material_.young_Pa / std::max(1.F, sqr(omega_ * dt_s));
+  return scale_ * material_.young_Pa / std::max(1.F, sqr(omega_ * dt_s));
 }
 
 int Flsm::substeps_for(float dt_frame_s) const {

@@ -85,6 +85,8 @@ class Flsm {
   flsm::StepParameters pace(const FlsmStep& step) const {
     return {omega_, material_.damping_ratio, step.full_stiffness ? 1 : 0, step.substeps};
   }
+  /// Between frames: so many times as stiff as it was built, as Tled::scale_stiffness.
+  void scale_stiffness(float scale);
   float omega_per_s() const { return omega_; }
   double sigma2_m2() const { return sigma2_; }
   /// Young's modulus that a substep of dt really gives: E, or E / (omega dt)^2 where kappa is cut off at 1.
@@ -98,7 +100,7 @@ class Flsm {
   void sum_goals(ExecContext& ctx);
 
   FlsmMaterial material_;
-  float spacing_m_ = 0, omega_ = 0;
+  float spacing_m_ = 0, omega_ = 0, scale_ = 1;
   double sigma2_ = 0;
   FlsmGrid grid_;
   // per node

@@ -118,6 +118,10 @@ class BodySolver {
   /// address changes, so recordings stay valid. Synchronizes. @throws Error before anything is changed: no
   /// capacity, a shape-matched cube is cut.
   void apply(const TopologyChange& change);
+  /// As Tled's, on all devices.
+  void scale_stiffness(float scale) {
+    for (const auto& part : parts_) part->tissue.scale_stiffness(scale);
+  }
   /// State of a body that is not cut; slabs and devices must be the same. Synchronizes.
   void archive(StateArchive& a);
   /// State of all nodes of the body, on the host. Synchronizes.

@@ -63,6 +63,11 @@ class Hybrid {
   /// its material's stiffness.
   int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
   float stable_step_s() const;
+  /// As Tled's, of both models.
+  void scale_stiffness(float scale) {
+    tled_.scale_stiffness(scale);
+    if (flsm_) flsm_->scale_stiffness(scale);
+  }
   /// As Tled's, cubes as the body counts them; without elements nothing is found.
   void find_extremes(ExecContext& ctx, const BodyState& state);
   /// Extremes that find_extremes found, read from tled().extremes(), with cubes as the body counts them.

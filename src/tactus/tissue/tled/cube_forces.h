@@ -47,11 +47,12 @@ struct OnePointCube {
   float gradient_per_m;  ///< 1 / (4 h)
   float area_m2;         ///< h^2 / 4
   float twist_m;         ///< t / (8 mu), of the part of mu that lasts
+  float hourglass;       ///< 1 / 8
   TACTUS_HD TACTUS_ALWAYS_INLINE CubeModes force(const CubeModes& u, const Stiffness& of,
                                                  Index /*cell*/) const {
     const float s = gradient_per_m, a = -area_m2;
     const GradientColumns F{s * u.x, s * u.y, s * u.z}, P = law.stress(F, a * of.mu_Pa, a * of.lambda_Pa);
-    const float k = -0.125F * of.hourglass_N_m, t = -twist_m * of.mu_Pa;
+    const float k = -hourglass * of.hourglass_N_m, t = -twist_m * of.mu_Pa;
     const float A = fused_dot(F.x, u.yz), B = fused_dot(F.y, u.xz), C = fused_dot(F.z, u.xy);
     const float fade = HourglassControl::fade(trace_C(F));
     const float less = fade * (t - k), all = fade * t * (A + B + C);

@@ -254,6 +254,14 @@ tled::Stiffness Tled::copy_stiffness(Index of_cube, float fill) const {
   return stiffness_of(fill, spacing_m_, materials_[material], options_.faded_share());
 }
 
+void Tled::scale_stiffness(float scale) {
+  require(scale > 0 && std::isfinite(scale), "stiffness scale", scale, "a positive number");
+  const float longer = std::sqrt(stiffness_scale_ / scale);
+  stable_step_s_ *= longer;
+  damping_time_s_ *= longer;
+  stiffness_scale_ = scale;
+}
+
 void Tled::apply(ExecContext& ctx, const ChangeLists& change) {
   ctx.parallel_for("tled/add_copies", change.copies.size(),
                    cut::AddCopies{.copies = change.copies,
@@ -318,11 +326,12 @@ void Tled::load(ExecContext& ctx, const BodyState& state) {
 template <class F>
 void Tled::with_cube(const StepTime& time, View<const float> before, View<float> after, Index stride,
                      F&& use) {
-  const float gradient = 1 / (4 * spacing_m_), area = spacing_m_ * spacing_m_ / 4;
+  // Scaled where forces are made, so that copies, history and archives stay those of the material as built.
+  const float gradient = 1 / (4 * spacing_m_), area = stiffness_scale_ * (spacing_m_ * spacing_m_ / 4);
   with_law(options_, [&]<class Law>(const Law& law) {
-    const float twist_m =
-        tled::HourglassControl::kTwist * spacing_m_ * (1 - options_.faded_share()) / (6 * 8);
-    const tled::OnePointCube<Law> elastic{law, gradient, area, twist_m};
+    const float twist_m = stiffness_scale_ * (tled::HourglassControl::kTwist * spacing_m_ *
+                                              (1 - options_.faded_share()) / (6 * 8));
+    const tled::OnePointCube<Law> elastic{law, gradient, area, twist_m, 0.125F * stiffness_scale_};
     const auto use_relaxing = [&]<int Terms>(std::integral_constant<int, Terms>) {
       tled::RelaxingCube<Law, Terms> cube{.elastic = elastic,
                                           .before = before,
@@ -335,6 +344,7 @@ void Tled::with_cube(const StepTime& time, View<const float> before, View<float>
       for (std::size_t n = 0; n < Terms; ++n) {
         cube.share[n] = options_.relaxation[n].share;
         cube.rate_per_s[n] = 1 / options_.relaxation[n].time_s;
+        if (options_.relaxation[n].is_added) cube.rate_per_s[n] *= std::sqrt(stiffness_scale_);
       }
       use(cube);
     };

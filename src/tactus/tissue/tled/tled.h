@@ -90,6 +90,10 @@ class Tled {
   /// Substeps that keep within stable_step_s() when waves are faster than at rest by this ratio.
   int substeps_for(float dt_frame_s, float speed_ratio = 1) const;
   float damping_time_s() const { return damping_time_s_; }
+  /// Between frames: all cubes are so many times as stiff as they were built, 1: as built. Times of damping
+  /// and of added relaxation follow the waves, which are faster by the square root. A recorded frame must be
+  /// recorded anew. @throws Error unless it is positive.
+  void scale_stiffness(float scale);
 
   Index node_count() const { return cell_.size(); }
   /// Nodes up to the last one that is in use, of those that there is capacity for.
@@ -141,7 +145,7 @@ class Tled {
 
   TledOptions options_;
   bool has_rollers_;
-  float spacing_m_, stable_step_s_ = 0, damping_time_s_ = 0;
+  float spacing_m_, stable_step_s_ = 0, damping_time_s_ = 0, stiffness_scale_ = 1;
   tled::Grid grid_;
   Index edge_tiles_ = 0;  ///< of tiles_, the first so many
   Buffer<tled::Tile> tiles_;
