@@ -16,7 +16,7 @@ RUN = WORLD | {"reconstruct", "track", "world", "io", "view", "media"}
 ALLOWED = {
     "base": set(), "compute": L0, "multi_device": L1, "geom": GEOM, "frame": GEOM,
     "media": L0, "rig": L2 | {"media"}, "reconstruct": L2, "tissue": L2, "contact": L2, "fluid": L2, "track": L2,
-    "sim": SIM, "perception": SIM | {"sim", "reconstruct", "track"}, "world": WORLD, "io": SIM | {"sim"}, "view": L2 | {"media"},
+    "sim": SIM, "perception": SIM | {"sim", "reconstruct", "track"}, "world": WORLD | {"io"}, "io": SIM | {"sim"}, "view": L2 | {"media"},
     "run": RUN,
     "cli": RUN | {"run", "bench"},
 }
