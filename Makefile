@@ -8,7 +8,7 @@ CONFIGURE ?=
 # What is left, and for how long it has run.
 export NINJA_STATUS ?= [%p, %u of %t left, %e s] 
 
-.PHONY: help deps build benchmarks complete tests test demo fig14 fig15 bench bundle testbundle install format lint clean
+.PHONY: help deps build benchmarks complete web tests test demo fig14 fig15 bench bundle testbundle install format lint clean
 
 help:            ## this list
 	@grep -hE '^[a-z0-9]+: .*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9]+):.*## /  make \1\t/' | expand -t 18
@@ -33,6 +33,12 @@ test: tests      ## build and run every test; the last line counts them
 
 complete:        ## the program with live cameras, calibration, markers, TIFF and TOML, at build/tactus
 	@tools/install_deps.sh complete
+	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF
+	@cmake -S . -B $(BUILD) >/dev/null  # looks for the libraries again
+	cmake --build $(BUILD) -j $(JOBS) --target tactus
+
+web:             ## the program with --web (docs/web.md), at build/tactus
+	@tools/install_deps.sh web
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF
 	@cmake -S . -B $(BUILD) >/dev/null  # looks for the libraries again
 	cmake --build $(BUILD) -j $(JOBS) --target tactus

@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 seconds=${1:?seconds for each fuzzer, for example 10}
 shift
 families=("$@")
-[ ${#families[@]} -gt 0 ] || families=(mesh volume scene calibration image checkpoint recording packet)
+[ ${#families[@]} -gt 0 ] || families=(mesh volume scene calibration image checkpoint recording packet viewer)
 if command -v apt-get >/dev/null && ! { command -v clang++ && ls /usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.fuzzer-*.a; } >/dev/null 2>&1; then
   sudo=()
   if [ "$(id -u)" -ne 0 ]; then sudo=(sudo); fi
@@ -21,7 +21,7 @@ mkdir -p $build/findings
 
 fuzz() {  # fuzz FAMILY SECONDS: seeds are read, never written
   local corpus=build-fuzz/corpus/$1 log=build-fuzz/fuzz-$1.log most=3000
-  case $1 in recording | packet) most=256 ;; esac  # no single allocation above that, whatever strangers send
+  case $1 in recording | packet | viewer) most=256 ;; esac  # no single allocation above that, whatever strangers send
   mkdir -p "$corpus"
   if build-fuzz/fuzz/fuzz_"$1" -max_total_time="$2" -timeout=10 -rss_limit_mb=3000 -malloc_limit_mb="$most" -max_len=20000 \
     -artifact_prefix="build-fuzz/findings/$1-" "$corpus" tests/fuzz/inputs/"$1" >"$log" 2>&1; then

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# tools/install_deps.sh [films|complete|tests]: installs the Debian packages that are missing for the program; with `films` also
-# to read films; with `complete` also for live cameras, `tactus calibrate` and markers; with `tests` for the tests, too.
+# tools/install_deps.sh [films|complete|web|tests]: installs the Debian packages that are missing for the program; with `films` also
+# to read films; with `complete` also for live cameras, `tactus calibrate` and markers; with `web` also for `tactus run --web`, with `tests` for the
+# tests, too.
 # Elsewhere: names what is needed and goes on.
 set -euo pipefail
 # Parts of OpenCV, not libopencv-dev, which brings VTK, Qt and Tcl along. Its calib3d, imgcodecs and videoio bring Qt, GDAL and
@@ -11,7 +12,18 @@ packages=(cmake ninja-build g++ git libtbb-dev libspdlog-dev libyaml-cpp-dev nlo
 case ${1:-} in films | complete | tests) packages+=(libavformat-dev libavcodec-dev libswscale-dev) ;; esac
 case ${1:-} in complete | tests) packages+=(libtiff-dev libtomlplusplus-dev libopencv-video-dev pkg-config
   libzmq3-dev libaravis-dev libusb-1.0-0-dev liblz4-dev libceres-dev libopencv-contrib-dev) ;; esac
+case ${1:-} in web | tests) packages+=(libcivetweb-dev) ;; esac
 if [ "${1:-}" = tests ]; then packages+=(libgtest-dev libopencv-imgcodecs-dev libopencv-videoio-dev python3 python3-zmq xz-utils); fi
+# The page's renderer, of npm: one file, which the build puts into the program.
+three=0.170.0
+if [ "${1:-}" = web ] && [ ! -e "$(dirname "$0")/../node_modules/three/build/three.module.min.js" ]; then
+  if command -v npm >/dev/null; then
+    npm install --prefix "$(dirname "$0")/.." --no-save --no-package-lock --ignore-scripts --no-audit --no-fund "three@$three"
+  else
+    echo "The page of --web is drawn by three, which npm brings. Install npm (https://nodejs.org, or: apt-get install npm), and run" \
+      "this again." >&2
+  fi
+fi
 if ! command -v apt-get >/dev/null; then
   echo "No apt-get here: make sure that the equivalents of these are installed: ${packages[*]}" >&2
   exit 0

@@ -16,7 +16,7 @@ TEST(FuzzInputs, EveryOneIsAnswered) {
   const fs::path folder = TACTUS_SOURCE_DIR "/tests/fuzz/inputs";
   if (!fs::exists(folder)) GTEST_SKIP() << "the inputs are not here: " << folder;
   for (const char* family :
-       {"mesh", "volume", "scene", "calibration", "image", "checkpoint", "recording", "packet"}) {
+       {"mesh", "volume", "scene", "calibration", "image", "checkpoint", "recording", "packet", "viewer"}) {
     int count = 0;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder / family)) {
       SCOPED_TRACE(entry.path());

@@ -3,6 +3,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +22,7 @@
 #include "tactus/rig/wire/photo_coder.h"
 #include "tactus/rig/wire/recording_file.h"
 #include "tactus/rig/wire/rig_bytes.h"
+#include "tactus/web/client_message.h"
 
 namespace tactus::fuzz {
 namespace {
@@ -100,6 +102,16 @@ void read_packet(const std::string& bytes) {
     PhotoCoder().unpack(images, kSize, photo);
 }
 
+/// A pose that is taken is finite and rigid, whatever stood in the message.
+void read_viewer(const std::string& bytes) {
+  const ClientMessage message = parse_client_message(bytes);
+  for (int i = 0; i < 3; ++i) {
+    const Vec3d row = message.T_world_obstacle.R.row[i];
+    if (!(std::abs(dot(row, row) - 1) < 1e-9) || !(std::abs(message.T_world_obstacle.t[i]) <= 100))
+      std::abort();
+  }
+}
+
 template <class F>
 void expect_answer(F&& read) {
   try {
@@ -118,6 +130,7 @@ Family family_of(std::string_view name) {
   if (name == "checkpoint") return Family::checkpoint;
   if (name == "recording") return Family::recording;
   if (name == "packet") return Family::packet;
+  if (name == "viewer") return Family::viewer;
   return Family::image;
 }
 
@@ -153,6 +166,9 @@ void read_input(Family family, const std::string& bytes) {
       return;
     case Family::packet:
       read_packet(bytes);
+      return;
+    case Family::viewer:
+      expect_answer([&] { read_viewer(bytes); });
       return;
     case Family::recording: {
       // No fuzzer finds the hashes of what it made: what is no file is taken for a chunk.

@@ -6,7 +6,7 @@
 namespace tactus::fuzz {
 
 /// A family's input goes to every reader of the family, as the file formats tell themselves apart.
-enum class Family { mesh, volume, scene, calibration, image, checkpoint, recording, packet };
+enum class Family { mesh, volume, scene, calibration, image, checkpoint, recording, packet, viewer };
 Family family_of(std::string_view name);
 
 /// Reads the bytes as a file of the family. An Error is an answer; whatever else comes out is a finding.

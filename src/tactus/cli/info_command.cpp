@@ -19,6 +19,8 @@
 #include "tactus/rig/wire/photo_coder.h"
 #include "tactus/run/frame_sources.h"
 #include "tactus/view/renderer.h"
+#include "tactus/web/web_files.h"
+#include "tactus/web/web_server.h"
 #include "tactus/world/world.h"
 
 namespace tactus {
@@ -52,8 +54,9 @@ void info(const std::string& json_path) {
   std::printf("\nCUDA     %s\nOpenGL   %s\n", cuda_status_text().c_str(), gl.c_str());
   json["opengl"] = gl;
   std::vector<std::string> parts = missing_parts();
-  for (const std::string& part : {live_missing(), genicam_missing(), ImageCoder::missing(),
-                                  PhotoCoder::missing(), tiff_missing(), subtractors_missing()}) {
+  for (const std::string& part :
+       {live_missing(), genicam_missing(), ImageCoder::missing(), PhotoCoder::missing(), tiff_missing(),
+        subtractors_missing(), web_missing(), web_page_missing()}) {
     if (!part.empty()) parts.push_back(part);
   }
   for (const std::string& missing : parts) {

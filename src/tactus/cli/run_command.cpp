@@ -11,6 +11,7 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/run_results.h"
+#include "tactus/cli/run_web.h"
 #include "tactus/io/body_assets.h"
 #include "tactus/run/recording_filter.h"
 #include "tactus/run/run_checkpoint.h"
@@ -81,12 +82,18 @@ void run(const RunOptions& options) {
     recorder = recorded.get();
     source = std::move(recorded);
   }
-  FrameLoop loop(*source, world, {.most_frames = options.frames, .should_stop = interrupted});
+  const std::unique_ptr<WebSink> web =
+      open_web_sink(options, scene, source->rig(), assets, world, devices.name());
+  FrameLoop loop(*source, world, {.most_frames = options.frames, .should_stop = [&web] {
+                                    return web ? web->wait_for_turn(interrupted) : interrupted();
+                                  }});
   loop.go_on_from(progress);
   sinks.progress.emplace(isatty(STDERR_FILENO) != 0 && log_level() == LogLevel::info);
   sinks.add_to(loop);
+  if (web) loop.add(*web);
   loop.run();
   if (recorder != nullptr) recorder->finish();
+  if (web) web->stay(interrupted);
   finish_run(options, scene, *source, world, loop, sinks, stem, devices.name());
 }
 

@@ -42,12 +42,39 @@ void check_recorded(const RunOptions& options, const Scene& scene) {
                     "it would not replay to the same bits");
 }
 
+void check_web(const RunOptions& options) {
+  if (options.shows_web) return;
+  for (const auto& [flag, is_given] :
+       {std::pair{"--web-control", options.web_control}, std::pair{"--web-token", !options.web_token.empty()},
+        std::pair{"--web-cert", !options.web_certificate.empty()}})
+    if (is_given) throw usage_error(std::string(flag) + " goes with --web, which is not given");
+}
+
 /// The error in a number of frames; "" for none.
 std::string a_frame_count(const std::string& text) {
   const bool whole = !text.empty() && text.size() < 10 && text.find_first_not_of("0123456789") == text.npos;
   if (whole && std::stoi(text) > 0) return "";
   return "'" + text +
          "', expected a whole number of frames, at least 1 (a range, as 5-9, is source.frames of the scene)";
+}
+
+/// Where --web stands, it may have an address behind it.
+void add_web_flags(CLI::App& command, RunOptions& options) {
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--web",
+          [&options](const std::vector<std::string>& words) {
+            options.shows_web = true;
+            options.web = words.empty() ? "" : words.front();
+          },
+          "show the run to browsers at ADDR:PORT, by default 127.0.0.1:8090 (docs/web.md)")
+      ->expected(0, 1)
+      ->type_name("[ADDR:PORT]");
+  command.add_flag("--web-control", options.web_control,
+                   "viewers may pause, step, change parameters and hold tools");
+  command.add_option("--web-token", options.web_token,
+                     "file with the word that viewers must know; without it, one is made where it is needed");
+  command.add_option("--web-cert", options.web_certificate, "PEM file with key and certificate: https");
 }
 
 }  // namespace
@@ -60,6 +87,7 @@ Scene scene_of(const RunOptions& options) {
     throw usage_error("--restart '" + options.restart_path +
                       "' takes the frames so far again, which a live rig can't give; record the run "
                       "(--record FILE) and go on with --source FILE");
+  check_web(options);
   check_filmed(options, scene);
   check_recorded(options, scene);
   if (!options.budget.empty() && !(options.checkpoint_path.empty() && options.restart_path.empty()))
@@ -134,6 +162,7 @@ void add_run_flags(CLI::App& command, RunOptions& options) {
       "--budget", options.budget,
       "time of a frame, as 11ms: when frames take longer, less is done in them, with a notice, "
       "until they don't");
+  add_web_flags(command, options);
   command.add_flag("--plain", options.plain, "live cameras without keys, on this computer alone");
   command.add_option("--view", options.view, "file: video and contact sheet; none: no pictures")
       ->check(CLI::IsMember({"none", "file"}))

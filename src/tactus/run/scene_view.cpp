@@ -4,9 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tactus/geom/mesh/box_surface.h"
 #include "tactus/geom/mesh/mesh_creases.h"
-#include "tactus/geom/mesh/sphere_surface.h"
+#include "tactus/run/still_obstacles.h"
 
 namespace tactus {
 namespace {
@@ -58,22 +57,6 @@ TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::uint8_t>& 
 
 Material obstacle_material() { return {.color = {0.62F, 0.65F, 0.69F}}; }
 
-/// Boxes and meshes in grey; for planes stands the ground of the picture.
-std::vector<ViewMesh> obstacle_meshes(const Scene& scene, const BodyAssets& assets) {
-  std::vector<ViewMesh> all;
-  for (const ObstacleSetting& o : scene.obstacles) {
-    if (o.kind == ObstacleShape::plane || o.moves()) continue;
-    ViewMesh& shown = all.emplace_back(ViewMesh{.name = o.name, .material = obstacle_material()});
-    shown.mesh = o.kind == ObstacleShape::box      ? box_surface(0.5F * vec_cast<float>(o.size_m), {1, 1, 1})
-                 : o.kind == ObstacleShape::sphere ? sphere_surface(static_cast<float>(o.radius_m), 16)
-                                                   : assets.obstacle_meshes.at(o.name);
-    shown.mesh.normals.clear();
-    for (Vec3f& p : shown.mesh.positions_m) p = vec_cast<float>(o.placement.to_world(vec_cast<double>(p)));
-    if (o.kind != ObstacleShape::box) compute_normals(shown.mesh);
-  }
-  return all;
-}
-
 /// A line along a tool, which sticks out at both ends, with its name and state: green where it cuts, red
 /// where the masks show something else, yellow where it isn't known well enough.
 void add_tool_axis(ViewScene& view, const ToolAxis& tool) {
@@ -99,7 +82,8 @@ constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 
 
 SceneView::SceneView(const Scene& scene, const Rig& rig, const BodyAssets& assets, const World& world)
     : scene_(scene), camera_(view_camera(scene.view, what_there_is(rig, scene, world.bodies()))) {
-  view_.meshes = obstacle_meshes(scene, assets);
+  for (StillObstacle& o : still_obstacles(scene, assets))
+    view_.meshes.push_back({.name = o.name, .mesh = std::move(o.mesh), .material = obstacle_material()});
   if (scene.view.show_frusta) {
     const float depth_m = 0.12F * length(rig.workspace_m.extent());
     for (const Camera& camera : rig.cameras) {

@@ -1,0 +1,88 @@
+#include "tactus/web/client_message.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "tactus/base/error.h"
+#include "tactus/base/printable.h"
+
+namespace tactus {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Farther than any workspace: a pose that is not meant.
+constexpr double kFar_m = 100;
+
+template <std::size_t n>
+std::array<double, n> numbers(const Json& message, const char* key, double most) {
+  const auto found = message.find(key);
+  if (found == message.end() || !found->is_array() || found->size() != n)
+    throw Error(std::string("'") + key + "': expected " + std::to_string(n) + " numbers");
+  std::array<double, n> all{};
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(*found)[i].is_number())
+      throw Error(std::string("'") + key + "': expected " + std::to_string(n) + " numbers");
+    all[i] = (*found)[i].get<double>();
+    if (!(std::abs(all[i]) <= most))
+      throw Error(std::string("'") + key + "': " + number_text(all[i]) + ", expected -" + number_text(most) +
+                  " to " + number_text(most));
+  }
+  return all;
+}
+
+std::string text_of(const Json& message, const char* key) {
+  const auto found = message.find(key);
+  if (found == message.end() || !found->is_string() || found->get_ref<const std::string&>().empty())
+    throw Error(std::string("'") + key + "': expected a name");
+  return found->get<std::string>();
+}
+
+Rigidd pose_of(const Json& message) {
+  const auto p = numbers<3>(message, "position_m", kFar_m);
+  const auto q = numbers<4>(message, "quaternion", 1.001);
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (!(std::abs(norm - 1) <= 1e-3))
+    throw Error("'quaternion': its length is " + number_text(norm) + ", expected 1 (x, y, z, w)");
+  const double x = q[0] / norm, y = q[1] / norm, z = q[2] / norm, w = q[3] / norm;
+  Rigidd T;
+  T.R.row[0] = {1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)};
+  T.R.row[1] = {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)};
+  T.R.row[2] = {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)};
+  T.t = {p[0], p[1], p[2]};
+  return T;
+}
+
+}  // namespace
+
+ClientMessage parse_client_message(std::string_view text) {
+  if (text.size() > kMostClientBytes)
+    throw Error("a message of " + std::to_string(text.size()) + " bytes, at most " +
+                std::to_string(kMostClientBytes));
+  const Json message = Json::parse(text, nullptr, false);
+  if (message.is_discarded() || !message.is_object()) throw Error("a message that is no JSON object");
+  static const std::vector<std::string> kKnown{"pause", "run", "step", "pose", "set"};
+  const std::string asked = text_of(message, "do");
+  const auto found = std::find(kKnown.begin(), kKnown.end(), asked);
+  if (found == kKnown.end())
+    throw Error("'do': '" + printable(asked.substr(0, 16)) + "'" + suggestion(asked, kKnown));
+  ClientMessage read;
+  read.kind = static_cast<ClientMessage::Kind>(found - kKnown.begin());
+  if (read.kind == ClientMessage::Kind::pose) {
+    read.name = text_of(message, "obstacle");
+    read.T_world_obstacle = pose_of(message);
+  }
+  if (read.kind == ClientMessage::Kind::set) {
+    read.name = text_of(message, "parameter");
+    const auto value = message.find("value");
+    if (value == message.end() || !value->is_number()) throw Error("'value': expected a number");
+    read.value = value->get<double>();
+    if (!std::isfinite(read.value)) throw Error("'value': expected a finite number");
+  }
+  return read;
+}
+
+}  // namespace tactus

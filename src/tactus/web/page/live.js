@@ -1,0 +1,85 @@
+// Connects to a run and shows it.
+import * as THREE from './three.js';
+import { BLOCK, KIND, ROLE, decode } from './stream.js';
+import { Viewer } from './viewer.js';
+import { Panels, addButtons, addSliders, kHelp, viewActions } from './panels.js';
+import { addTools } from './tools.js';
+
+const canvas = document.getElementById('view');
+const panels = new Panels();
+panels.state('connecting');
+let viewer;
+try {
+  viewer = new Viewer(THREE, canvas);
+} catch (error) {
+  panels.say(`This browser draws no 3D (WebGL 2): ${error.message}`, 'error');
+  throw error;
+}
+const run = { viewer, setting: null, state: 'connecting', status: {}, socket: null, buttons: null };
+window.tactus = run;  // for tests and the curious
+run.send = (message) => {
+  if (run.socket?.readyState === WebSocket.OPEN) run.socket.send(JSON.stringify(message));
+};
+
+const token = new URLSearchParams(location.hash.slice(1)).get('token');
+const address = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/stream${token ? `?token=${encodeURIComponent(token)}` : ''}`;
+
+function connect() {
+  const socket = run.socket = new WebSocket(address);
+  socket.binaryType = 'arraybuffer';
+  socket.onmessage = ({ data }) => (typeof data === 'string' ? takeText(JSON.parse(data)) : take(decode(data)));
+  socket.onclose = () => {
+    panels.state('lost');
+    document.getElementById('time').textContent = run.state === 'ended' ? 'the run ended' : 'no connection: is the run over, or the address old?';
+    setTimeout(connect, 1000);
+  };
+}
+
+function takeText(json) {
+  if (json.error) panels.say(json.error, 'error');
+  if (!json.state) return;
+  run.state = json.state;
+  panels.state(json.state);
+  const pause = run.buttons?.get(' ');
+  if (pause) pause.textContent = json.state === 'paused' ? 'Run' : 'Pause';
+}
+
+function take(message) {
+  if (message.kind === KIND.setting) {
+    const json = run.setting = message.blocks.find((b) => b.role === ROLE.setting).json;
+    panels.setting(json);
+    viewer.asked = json.camera;
+    viewer.isFitted = false;
+    viewer.dropSize_m = json.liquid_spacing_m;
+    if (!json.show_cameras) viewer.hidden.add(ROLE.camera);
+    addBar(json);
+  }
+  viewer.show(message);
+  const status = message.blocks.find((b) => b.kind === BLOCK.json && b.role === ROLE.status)?.json;
+  if (message.kind !== KIND.frame) return;
+  if (status && JSON.stringify(status) !== run.statusText) {
+    run.statusText = JSON.stringify(status);
+    run.status = status;
+    panels.status(status);
+    if (status.parameters) run.sliders?.take(status.parameters);
+  }
+  run.frames = (run.frames ?? 0) + 1;
+  run.delay_ms = 1000 * (Date.now() / 1000 - message.captured_unix_s);
+  panels.time(message, run.status.frames_in_all);
+}
+
+function addBar(setting) {
+  if (run.buttons) return;
+  const control = setting.control ? [
+    { key: ' ', label: run.state === 'paused' ? 'Run' : 'Pause', action: () => run.send({ do: run.state === 'paused' ? 'run' : 'pause' }) },
+    { key: '.', label: 'Step', action: () => run.send({ do: 'step' }) },
+  ] : [];
+  run.buttons = addButtons(viewer, [...control, ...viewActions(viewer)]);
+  panels.help([...(setting.control ? [['space', 'pause, run'], ['.', 'one frame']] : []),
+    ...(setting.control && setting.held.length ? [['drag a tool', 'hold it; wheel: along the view; ctrl: turn']] : []), ...kHelp]);
+  if (!setting.control) return;
+  addTools(THREE, run);
+  run.sliders = addSliders(setting.parameters ?? [], (parameter, value) => run.send({ do: 'set', parameter, value }));
+}
+
+connect();

@@ -1,0 +1,114 @@
+#include "tactus/web/run_status.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace tactus {
+namespace {
+
+constexpr std::size_t kMostNotices = 20;
+
+nlohmann::json notices_json(const RunNotices& notices) {
+  nlohmann::json json = nlohmann::json::array();
+  const std::vector<Notice>& all = notices.notices();
+  for (std::size_t i = all.size() - std::min(all.size(), kMostNotices); i < all.size(); ++i)
+    json.push_back({{"code", all[i].code},
+                    {"severity", severity_text(all[i].severity)},
+                    {"text", all[i].text},
+                    {"remedy", all[i].remedy}});
+  return json;
+}
+
+nlohmann::json body_json(const SoftBody& body, const BodyMonitors& monitors, const StepReport& report) {
+  Vec3f force_N{};
+  for (const BodyContact& c : report.contacts)
+    if (c.body == body.name()) force_N += c.reaction.force_N;
+  return {{"name", body.name()},
+          {"force_N", length(force_N)},
+          {"volume_ml", 1e6 * monitors.volume_m3},
+          {"min_J", monitors.min_J},
+          {"elastic_J", monitors.elastic_J},
+          {"kinetic_J", monitors.kinetic_J},
+          {"diverged", body.is_frozen()}};
+}
+
+/// As viewers send it: (x, y, z, w) of the unit quaternion, w >= 0.
+nlohmann::json pose_json(const Rigidd& T) {
+  const auto& R = T.R;
+  // The largest of the four component divides the others.
+  const double four[4] = {1 + R(0, 0) - R(1, 1) - R(2, 2), 1 - R(0, 0) + R(1, 1) - R(2, 2),
+                          1 - R(0, 0) - R(1, 1) + R(2, 2), 1 + R(0, 0) + R(1, 1) + R(2, 2)};
+  const auto largest = static_cast<int>(std::max_element(four, four + 4) - four);
+  const double off[3][3] = {{0, R(1, 0) + R(0, 1), R(0, 2) + R(2, 0)},
+                            {R(1, 0) + R(0, 1), 0, R(2, 1) + R(1, 2)},
+                            {R(0, 2) + R(2, 0), R(2, 1) + R(1, 2), 0}};
+  const double turn[3] = {R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1)};
+  double q[4];
+  for (int i = 0; i < 4; ++i) {
+    if (i == largest)
+      q[i] = four[i];
+    else if (largest == 3)
+      q[i] = turn[i];
+    else
+      q[i] = i == 3 ? turn[largest] : off[largest][i];
+  }
+  const double scale = (q[3] < 0 ? -0.5 : 0.5) / std::sqrt(four[largest]);
+  return {{"position_m", {T.t.x, T.t.y, T.t.z}},
+          {"quaternion", {scale * q[0], scale * q[1], scale * q[2], scale * q[3]}}};
+}
+
+}  // namespace
+
+void RunStatus::add_times(const Timings& timings) {
+  for (Stage& stage : stages_) {
+    const double ms = timings.last_ms(stage.name);
+    if (stage.ms.size() < kFrames)
+      stage.ms.push_back(ms);
+    else
+      stage.ms[stage.next] = ms;
+    stage.next = (stage.next + 1) % kFrames;
+  }
+}
+
+std::shared_ptr<const std::string> RunStatus::look(RunFrame& frame, bool at_once) {
+  const double now = now_s();
+  const bool makes = at_once || text_ == nullptr || now - made_s_ >= kPeriod_s;
+  if (makes) {
+    // Stages that ran for the first time since then.
+    const std::vector<std::string> names = frame.world.timings().stages();
+    for (std::size_t i = stages_.size(); i < names.size(); ++i) {
+      Stage& stage = stages_.emplace_back(Stage{names[i], {}, 0});
+      stage.ms.reserve(kFrames);
+    }
+  }
+  add_times(frame.world.timings());
+  if (makes) {
+    text_ = std::make_shared<const std::string>(text(frame));
+    made_s_ = now;
+  }
+  return text_;
+}
+
+std::string RunStatus::text(RunFrame& frame) {
+  World& world = frame.world;
+  nlohmann::json json{{"substeps", frame.report.substeps}, {"notices", notices_json(frame.notices)}};
+  if (frames_in_all_) json["frames_in_all"] = *frames_in_all_;
+  json["stages"] = nlohmann::json::array();
+  for (const Stage& stage : stages_)
+    json["stages"].push_back({{"name", stage.name},
+                              {"last_ms", world.timings().last_ms(stage.name)},
+                              {"p50_ms", percentile(stage.ms, 50)},
+                              {"p99_ms", percentile(stage.ms, 99)}});
+  const std::vector<BodyMonitors> monitors = world.monitors();
+  json["bodies"] = nlohmann::json::array();
+  for (std::size_t b = 0; b < monitors.size(); ++b)
+    json["bodies"].push_back(body_json(*world.bodies()[b], monitors[b], frame.report));
+  for (const SceneParameter& p : world.parameters().list()) json["parameters"][p.name] = p.value;
+  for (const std::string& name : held_) json["poses"][name] = pose_json(world.pose(name));
+  if (world.liquid() != nullptr) json["liquid"] = {{"particles", frame.report.liquid.here}};
+  // JSON has no infinite numbers: dump() writes null for them. Text of files may be no UTF-8.
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace tactus

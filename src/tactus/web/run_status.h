@@ -1,0 +1,40 @@
+#pragma once
+/// Stage times, monitors and notices of a run as JSON, for its viewers.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tactus/run/frame_sink.h"
+
+namespace tactus {
+
+/// Looks at every frame and makes a new text four times a second: monitors copy nodes to the host.
+///   {"stages": [{name, last_ms, p50_ms, p99_ms}], "bodies": [...], "liquid": {...}, "notices": [...]}
+class RunStatus {
+ public:
+  /// @param held obstacles whose poses are told
+  explicit RunStatus(std::vector<std::string> held = {}) : held_(std::move(held)) {}
+  /// The newest text. Synchronizes where it is made anew. @param at_once make it anew in any case
+  std::shared_ptr<const std::string> look(RunFrame& frame, bool at_once = false);
+  void set_frames_in_all(std::optional<int> frames) { frames_in_all_ = frames; }
+
+ private:
+  /// Percentiles are of so many frames.
+  static constexpr std::size_t kFrames = 240;
+  static constexpr double kPeriod_s = 0.25;
+  struct Stage {
+    std::string name;
+    std::vector<double> ms;  ///< a ring
+    std::size_t next = 0;
+  };
+  void add_times(const Timings& timings);
+  std::string text(RunFrame& frame);
+
+  std::vector<std::string> held_;
+  std::vector<Stage> stages_;
+  std::shared_ptr<const std::string> text_;
+  std::optional<int> frames_in_all_;
+  double made_s_ = 0;
+};
+
+}  // namespace tactus

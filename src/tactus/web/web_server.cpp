@@ -1,0 +1,338 @@
+#include "tactus/web/web_server.h"
+
+#include <civetweb.h>
+
+#include <algorithm>
+#include <array>
+#include <condition_variable>
+#include <cstring>
+#include <deque>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "tactus/base/error.h"
+#include "tactus/web/client_message.h"
+#include "tactus/web/viewer_checks.h"
+#include "tactus/web/web_files.h"
+
+namespace tactus {
+namespace {
+
+using Bytes = std::shared_ptr<const std::string>;
+
+/// One viewer: a thread that sends, and the newest of what it is to send.
+class Viewer {
+ public:
+  Viewer(mg_connection* connection, Bytes setting) : connection_(connection) {
+    messages_.push_back({std::move(setting), MG_WEBSOCKET_OPCODE_BINARY});
+    thread_ = std::thread([this] { send(); });
+  }
+  Viewer(const Viewer&) = delete;
+  Viewer& operator=(const Viewer&) = delete;
+  ~Viewer() {
+    {
+      const std::lock_guard lock(mutex_);
+      closes_ = true;
+    }
+    changed_.notify_one();
+    thread_.join();
+  }
+
+  void give_frame(Bytes frame) {
+    {
+      const std::lock_guard lock(mutex_);
+      frame_ = std::move(frame);
+    }
+    changed_.notify_one();
+  }
+  void give_text(Bytes text) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (messages_.size() < kMostTexts) messages_.push_back({std::move(text), MG_WEBSOCKET_OPCODE_TEXT});
+    }
+    changed_.notify_one();
+  }
+
+ private:
+  struct Message {
+    Bytes bytes;
+    int opcode;
+  };
+  static constexpr std::size_t kMostTexts = 32;
+
+  void send() {
+    while (true) {
+      Message next{nullptr, MG_WEBSOCKET_OPCODE_BINARY};
+      {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return closes_ || frame_ != nullptr || !messages_.empty(); });
+        if (closes_) return;
+        if (messages_.empty()) {
+          next.bytes = std::move(frame_);
+          frame_ = nullptr;
+        } else {
+          next = std::move(messages_.front());
+          messages_.pop_front();
+        }
+      }
+      // A message that was cut off leaves nothing to say on the connection.
+      if (mg_websocket_write(connection_, next.opcode, next.bytes->data(), next.bytes->size()) <= 0) return;
+    }
+  }
+
+  mg_connection* connection_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Message> messages_;
+  Bytes frame_;
+  bool closes_ = false;
+  std::thread thread_;  ///< last: it uses the others
+};
+
+/// Pages may load nothing from elsewhere, nor be framed, nor send forms.
+std::string security_headers(const char* host) {
+  const std::string at = host == nullptr ? "" : host;
+  return "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' "
+         "data:; "
+         "connect-src 'self' ws://" +
+         at + " wss://" + at +
+         "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n"
+         "X-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n"
+         "Cross-Origin-Opener-Policy: same-origin\r\nCross-Origin-Resource-Policy: same-origin\r\n"
+         "Cache-Control: no-store\r\n";
+}
+
+void answer(mg_connection* connection, const char* status, std::string_view type, std::string_view text,
+            bool with_text = true) {
+  const std::string head = std::string("HTTP/1.1 ") + status + "\r\nContent-Type: " + std::string(type) +
+                           "\r\nContent-Length: " + std::to_string(text.size()) + "\r\n" +
+                           security_headers(mg_get_header(connection, "Host")) + "Connection: close\r\n\r\n";
+  mg_write(connection, head.data(), head.size());
+  if (with_text) mg_write(connection, text.data(), text.size());
+}
+
+std::string query_value(const mg_request_info& request, const char* key) {
+  std::array<char, 128> value{};
+  if (request.query_string == nullptr) return "";
+  const int size =
+      mg_get_var(request.query_string, std::strlen(request.query_string), key, value.data(), value.size());
+  return size > 0 ? std::string(value.data(), static_cast<std::size_t>(size)) : "";
+}
+
+}  // namespace
+
+std::string web_missing() { return ""; }
+
+struct WebServer::Impl {
+  Impl(const WebSettings& settings_in, std::string setting_in, OnMessage on_message_in)
+      : settings(settings_in),
+        setting(std::make_shared<const std::string>(std::move(setting_in))),
+        on_message(std::move(on_message_in)) {}
+
+  void start();
+  /// "", or the reason for a 403.
+  std::string refusal(const mg_connection* connection) const;
+  int page(mg_connection* connection) const;
+  int connect(mg_connection* connection);
+  void add(mg_connection* connection);
+  void remove(const mg_connection* connection);
+  int take(mg_connection* connection, int bits, std::string_view text);
+
+  WebSettings settings;
+  Bytes setting;
+  OnMessage on_message;
+  mutable std::mutex mutex;
+  std::vector<std::pair<const mg_connection*, std::shared_ptr<Viewer>>> viewers;
+  Bytes newest_frame, newest_state;
+  int listening_port = 0;
+  mg_context* context = nullptr;
+};
+
+std::string WebServer::Impl::refusal(const mg_connection* connection) const {
+  const auto text = [&](const char* name) {
+    const char* value = mg_get_header(connection, name);
+    return std::string(value == nullptr ? "" : value);
+  };
+  return host_refusal(settings.is_loopback(), text("Host"));
+}
+
+int WebServer::Impl::page(mg_connection* connection) const {
+  const mg_request_info* request = mg_get_request_info(connection);
+  const std::string method = request->request_method == nullptr ? "" : request->request_method;
+  if (method != "GET" && method != "HEAD") {
+    answer(connection, "405 Method Not Allowed", "text/plain", "only GET and HEAD\n");
+    return 405;
+  }
+  if (const std::string why = refusal(connection); !why.empty()) {
+    answer(connection, "403 Forbidden", "text/plain", why + "\n", method == "GET");
+    return 403;
+  }
+  std::string_view name = request->local_uri == nullptr ? "" : request->local_uri;
+  if (name.starts_with('/')) name.remove_prefix(1);
+  if (name.empty()) name = "index.html";
+  if (const std::string missing = web_page_missing(); !missing.empty() && name == "index.html") {
+    answer(connection, "503 Service Unavailable", "text/plain", "without " + missing + "\n", method == "GET");
+    return 503;
+  }
+  const WebFile* file = find_web_file(name);
+  if (file == nullptr) {
+    answer(connection, "404 Not Found", "text/plain", "there is no such file\n", method == "GET");
+    return 404;
+  }
+  answer(connection, "200 OK", file->type, file->text, method == "GET");
+  return 200;
+}
+
+int WebServer::Impl::connect(mg_connection* connection) {
+  const mg_request_info* request = mg_get_request_info(connection);
+  const char* origin = mg_get_header(connection, "Origin");
+  const char* host = mg_get_header(connection, "Host");
+  std::string why = refusal(connection);
+  if (why.empty() && origin != nullptr && !is_same_origin(origin, host == nullptr ? "" : host))
+    why = "pages of another origin may not look";
+  if (why.empty() && !settings.token.empty() &&
+      !is_same_token(query_value(*request, "token"), settings.token))
+    why = "a wrong token: open the address that the run printed";
+  if (!why.empty()) {
+    answer(connection, "403 Forbidden", "text/plain", why + "\n");
+    return 1;
+  }
+  const std::lock_guard lock(mutex);
+  if (viewers.size() < kMostViewers) return 0;
+  answer(connection, "503 Service Unavailable", "text/plain", "too many viewers\n");
+  return 1;
+}
+
+void WebServer::Impl::add(mg_connection* connection) {
+  const std::lock_guard lock(mutex);
+  const auto viewer = std::make_shared<Viewer>(connection, setting);
+  if (newest_state) viewer->give_text(newest_state);
+  if (newest_frame) viewer->give_frame(newest_frame);
+  viewers.emplace_back(connection, viewer);
+}
+
+void WebServer::Impl::remove(const mg_connection* connection) {
+  std::shared_ptr<Viewer> gone;  // its thread is waited for without the lock
+  const std::lock_guard lock(mutex);
+  const auto found =
+      std::find_if(viewers.begin(), viewers.end(), [&](const auto& v) { return v.first == connection; });
+  if (found == viewers.end()) return;
+  gone = std::move(found->second);
+  viewers.erase(found);
+}
+
+/// @returns 0 to close the connection.
+int WebServer::Impl::take(mg_connection* connection, int bits, std::string_view text) {
+  const int opcode = bits & 0x0F;
+  if (opcode == MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE) return 0;
+  if (opcode == MG_WEBSOCKET_OPCODE_PING || opcode == MG_WEBSOCKET_OPCODE_PONG) return 1;
+  const bool is_whole = (bits & 0x80) != 0;
+  if (opcode != MG_WEBSOCKET_OPCODE_TEXT || !is_whole || text.size() > kMostClientBytes) return 0;
+  const std::string reply = on_message ? on_message(text) : "";
+  if (reply.empty()) return 1;
+  const std::lock_guard lock(mutex);
+  for (const auto& [of, viewer] : viewers)
+    if (of == connection) viewer->give_text(std::make_shared<const std::string>(reply));
+  return 1;
+}
+
+void WebServer::Impl::start() {
+  const std::string ports =
+      settings.address + ":" + std::to_string(settings.port) + (settings.certificate.empty() ? "" : "s");
+  const std::string threads = std::to_string(kMostViewers + 8);
+  std::vector<const char*> options{"listening_ports",
+                                   ports.c_str(),
+                                   "num_threads",
+                                   threads.c_str(),
+                                   "request_timeout_ms",
+                                   "10000",
+                                   "websocket_timeout_ms",
+                                   "10000",
+                                   "enable_websocket_ping_pong",
+                                   "yes",
+                                   "tcp_nodelay",
+                                   "1"};
+  if (!settings.certificate.empty())
+    options.insert(options.end(),
+                   {"ssl_certificate", settings.certificate.c_str(), "ssl_protocol_version", "4"});
+  options.push_back(nullptr);
+  mg_callbacks callbacks{};
+  callbacks.log_message = [](const mg_connection*, const char*) { return 1; };
+  std::array<char, 256> why{};
+  unsigned code = 0;
+  mg_init_data init{&callbacks, this, options.data()};
+  mg_error_data error{&code, why.data(), why.size()};
+  context = mg_start2(&init, &error);
+  if (context == nullptr)
+    throw Error("--web " + settings.address + ":" + std::to_string(settings.port) + ": can't listen there" +
+                (settings.certificate.empty() ? "" : " with the certificate '" + settings.certificate + "'") +
+                (why[0] == '\0' ? "" : " (" + std::string(why.data()) + ")") +
+                "; another program may: try another port, as --web " + settings.address + ":" +
+                std::to_string(settings.port + 1));
+  mg_server_port listening{};
+  if (mg_get_server_ports(context, 1, &listening) > 0) listening_port = listening.port;
+  mg_set_request_handler(
+      context, "**", [](mg_connection* c, void* self) { return static_cast<Impl*>(self)->page(c); }, this);
+  mg_set_websocket_handler(
+      context, "/stream",
+      [](const mg_connection* c, void* self) {
+        return static_cast<Impl*>(self)->connect(const_cast<mg_connection*>(c));
+      },
+      [](mg_connection* c, void* self) { static_cast<Impl*>(self)->add(c); },
+      [](mg_connection* c, int bits, char* data, std::size_t size, void* self) {
+        return static_cast<Impl*>(self)->take(c, bits, {data, size});
+      },
+      [](const mg_connection* c, void* self) { static_cast<Impl*>(self)->remove(c); }, this);
+}
+
+WebServer::WebServer(const WebSettings& settings, std::string setting, OnMessage on_message) {
+  if (!settings.is_loopback() && settings.token.empty())
+    throw usage_error("--web " + settings.address + ": an address that others reach needs a token");
+  impl_ = std::make_unique<Impl>(settings, std::move(setting), std::move(on_message));
+}
+
+void WebServer::listen() {
+  mg_init_library(impl_->settings.certificate.empty() ? 0 : MG_FEATURES_SSL);
+  try {
+    impl_->start();
+  } catch (...) {
+    mg_exit_library();
+    throw;
+  }
+}
+
+WebServer::~WebServer() {
+  if (impl_->context == nullptr) return;
+  mg_stop(impl_->context);
+  mg_exit_library();
+}
+
+void WebServer::publish(std::shared_ptr<const std::string> frame) {
+  const std::lock_guard lock(impl_->mutex);
+  for (const auto& [connection, viewer] : impl_->viewers) viewer->give_frame(frame);
+  impl_->newest_frame = std::move(frame);
+}
+
+void WebServer::publish_state(const std::string& json) {
+  const auto state = std::make_shared<const std::string>(json);
+  const std::lock_guard lock(impl_->mutex);
+  for (const auto& [connection, viewer] : impl_->viewers) viewer->give_text(state);
+  impl_->newest_state = state;
+}
+
+int WebServer::viewers() const {
+  const std::lock_guard lock(impl_->mutex);
+  return static_cast<int>(impl_->viewers.size());
+}
+
+int WebServer::port() const { return impl_->listening_port; }
+
+std::string WebServer::url() const {
+  const WebSettings& s = impl_->settings;
+  const std::string host = s.address == "0.0.0.0" ? "THIS-COMPUTER" : s.address;
+  return (s.certificate.empty() ? "http://" : "https://") + host + ":" + std::to_string(port()) + "/" +
+         (s.token.empty() ? "" : "#token=" + s.token);
+}
+
+}  // namespace tactus

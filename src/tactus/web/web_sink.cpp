@@ -1,0 +1,97 @@
+#include "tactus/web/web_sink.h"
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+namespace tactus {
+namespace {
+
+double unix_now_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::string json_text(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
+
+RunControl::Options WebSink::control_options(const StreamScene& scene, const Options& options,
+                                             WebSink& self) {
+  RunControl::Options made;
+  made.is_allowed = options.allows_control;
+  made.keeps_pace = options.keeps_pace;
+  made.held = scene.held();
+  made.parameters = options.parameters;
+  if (options.waits_for_viewer) made.has_viewers = [&self] { return self.viewers() > 0; };
+  made.state_changed = [&self] { self.publish_state(); };
+  return made;
+}
+
+WebSink::WebSink(StreamScene scene, const Options& options)
+    : scene_(std::move(scene)), status_(scene_.held()), control_(control_options(scene_, options, *this)) {
+  server_ =
+      std::make_unique<WebServer>(options.server, scene_.setting(options.allows_control, options.parameters),
+                                  [this](std::string_view text) {
+                                    const std::string error = control_.handle(text);
+                                    return error.empty() ? "" : json_text({{"error", error}});
+                                  });
+  publish_state();
+  server_->listen();
+  encoder_ = std::thread([this] { encode(); });
+}
+
+WebSink::~WebSink() {
+  {
+    const std::lock_guard lock(mutex_);
+    closes_ = true;
+  }
+  changed_.notify_one();
+  encoder_.join();
+}
+
+void WebSink::publish_state(const std::string& error) {
+  nlohmann::json json{{"state", control_.state()}};
+  if (!error.empty()) json["error"] = error;
+  server_->publish_state(json_text(json));
+}
+
+void WebSink::begin(const World& /*world*/, std::optional<int> frame_count) {
+  status_.set_frames_in_all(frame_count);
+}
+
+void WebSink::frame(RunFrame& frame) {
+  if (const std::string errors = control_.apply(frame.world, frame.images.time_s); !errors.empty())
+    publish_state(errors);
+  if (server_->viewers() == 0) return;
+  const double captured_s = frame.images.captured_s > 0 ? frame.images.captured_s : frame.taken_at_s;
+  StreamFrame shown{frame.snapshot(), frame.number, frame.images.time_s,
+                    unix_now_s() - (now_s() - captured_s), status_.look(frame)};
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_ = std::move(shown);
+  }
+  changed_.notify_one();
+}
+
+void WebSink::end(RunNotices& /*notices*/) { control_.end(); }
+
+void WebSink::stay(const std::function<bool()>& should_stop) const {
+  while (viewers() > 0 && !(should_stop && should_stop()))
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+}
+
+void WebSink::encode() {
+  while (true) {
+    std::optional<StreamFrame> next;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return closes_ || waiting_; });
+      if (closes_) return;
+      next.swap(waiting_);
+    }
+    server_->publish(std::make_shared<const std::string>(scene_.frame(*next)));
+  }
+}
+
+}  // namespace tactus

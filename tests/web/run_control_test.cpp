@@ -1,0 +1,179 @@
+/// What viewers may do with a run, and the texts that they send.
+#include "tactus/web/run_control.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/message_of.h"
+#include "tactus/base/error.h"
+#include "tactus/web/viewer_checks.h"
+#include "tactus/web/web_server.h"
+
+namespace tactus {
+namespace {
+
+using test::message_of;
+
+RunControl::Options open_to_all() {
+  RunControl::Options options;
+  options.is_allowed = true;
+  options.keeps_pace = false;
+  options.held = {"ball"};
+  return options;
+}
+
+/// Whether a frame may begin before `should_stop` was asked so often.
+bool may_begin(RunControl& control, int asked = 3) {
+  int left = asked;
+  return !control.wait_for_turn([&] { return left-- == 0; });
+}
+
+TEST(ClientMessage, ReadsAPose) {
+  const double half = std::sqrt(0.5);
+  const ClientMessage m = parse_client_message(
+      R"({"do":"pose","obstacle":"ball","position_m":[0.1,0.2,-0.3],"quaternion":[0,0,0.70710678118,0.70710678118]})");
+  EXPECT_EQ(m.kind, ClientMessage::Kind::pose);
+  EXPECT_EQ(m.name, "ball");
+  EXPECT_EQ(m.T_world_obstacle.t.z, -0.3);
+  // A quarter turn about z takes x to y.
+  const Vec3d turned = m.T_world_obstacle.R * Vec3d{1, 0, 0};
+  EXPECT_NEAR(turned.x, 0, 1e-9);
+  EXPECT_NEAR(turned.y, 1, 1e-9);
+  EXPECT_NEAR(half * half, 0.5, 1e-15);
+}
+
+TEST(ClientMessage, RefusesWhatItCannotUse) {
+  const auto refused = [](const std::string& text) {
+    return message_of([&] { parse_client_message(text); });
+  };
+  EXPECT_NE(refused(""), "");
+  EXPECT_NE(refused("[1,2"), "");
+  EXPECT_NE(refused("[]"), "");
+  EXPECT_NE(refused(R"({"do":1})"), "");
+  EXPECT_NE(refused(R"({"do":"paus"})").find("did you mean 'pause'"), std::string::npos);
+  EXPECT_NE(refused(R"({"do":"\u001b[2J"})").find("\\x1b"), std::string::npos)
+      << "no escapes reach a terminal";
+  EXPECT_NE(refused(std::string(kMostClientBytes + 1, ' ')).find("at most 4096"), std::string::npos);
+  const std::string pose = R"({"do":"pose","obstacle":"ball",)";
+  EXPECT_NE(refused(pose + R"("quaternion":[0,0,0,1]})").find("position_m"), std::string::npos);
+  EXPECT_NE(refused(pose + R"("position_m":[0,0],"quaternion":[0,0,0,1]})").find("3 numbers"),
+            std::string::npos);
+  EXPECT_NE(refused(pose + R"("position_m":[0,0,"1"],"quaternion":[0,0,0,1]})").find("3 numbers"),
+            std::string::npos);
+  EXPECT_NE(refused(pose + R"("position_m":[0,0,1e9],"quaternion":[0,0,0,1]})").find("-100 to 100"),
+            std::string::npos);
+  EXPECT_NE(refused(pose + R"("position_m":[0,0,0],"quaternion":[0,0,0,0.5]})").find("expected 1"),
+            std::string::npos);
+  EXPECT_NE(refused(R"({"do":"set","parameter":"a","value":1e999})"), "");
+  EXPECT_NE(refused(std::string(4000, '[')), "") << "deep nesting";
+}
+
+TEST(RunControl, WaitsForAViewerThenRuns) {
+  int viewers = 0;
+  RunControl::Options options = open_to_all();
+  options.has_viewers = [&] { return viewers > 0; };
+  RunControl control(std::move(options));
+  EXPECT_FALSE(may_begin(control));
+  EXPECT_EQ(control.state(), "waiting");
+  viewers = 1;
+  EXPECT_TRUE(may_begin(control));
+  EXPECT_EQ(control.state(), "running");
+  viewers = 0;
+  EXPECT_TRUE(may_begin(control)) << "it goes on without them";
+}
+
+TEST(RunControl, PausesStepsAndRuns) {
+  std::vector<std::string> states;
+  RunControl::Options options = open_to_all();
+  RunControl* self = nullptr;
+  options.state_changed = [&] { states.push_back(self->state()); };
+  RunControl control(std::move(options));
+  self = &control;
+  EXPECT_TRUE(may_begin(control));
+  EXPECT_EQ(control.handle(R"({"do":"pause"})"), "");
+  EXPECT_FALSE(may_begin(control));
+  EXPECT_EQ(control.handle(R"({"do":"step"})"), "");
+  EXPECT_EQ(control.handle(R"({"do":"step"})"), "");
+  EXPECT_TRUE(may_begin(control));
+  EXPECT_TRUE(may_begin(control));
+  EXPECT_FALSE(may_begin(control)) << "two steps were asked for";
+  EXPECT_EQ(control.handle(R"({"do":"run"})"), "");
+  EXPECT_TRUE(may_begin(control));
+  control.end();
+  EXPECT_EQ(states, (std::vector<std::string>{"running", "paused", "running", "ended"}));
+}
+
+TEST(RunControl, ViewersMayOnlyLookUnlessTheyAreLet) {
+  RunControl::Options options = open_to_all();
+  options.is_allowed = false;
+  RunControl control(std::move(options));
+  EXPECT_TRUE(may_begin(control));
+  EXPECT_NE(control.handle(R"({"do":"pause"})").find("--web-control"), std::string::npos);
+  EXPECT_TRUE(may_begin(control));
+}
+
+TEST(RunControl, MovesOnlyWhatIsHeld) {
+  RunControl control(open_to_all());
+  const std::string there = R"("position_m":[0,0,0],"quaternion":[0,0,0,1]})";
+  EXPECT_EQ(control.handle(R"({"do":"pose","obstacle":"ball",)" + there), "");
+  const std::string error = control.handle(R"({"do":"pose","obstacle":"bal",)" + there);
+  EXPECT_NE(error.find("did you mean 'ball'"), std::string::npos) << error;
+}
+
+TEST(RunControl, SetsParametersInTheirRange) {
+  RunControl::Options options = open_to_all();
+  SceneParameter friction;
+  friction.name = "contact.friction";
+  friction.most = 10;
+  options.parameters = {friction};
+  RunControl control(std::move(options));
+  EXPECT_EQ(control.handle(R"({"do":"set","parameter":"contact.friction","value":0.1})"), "");
+  EXPECT_NE(control.handle(R"({"do":"set","parameter":"contact.friction","value":-1})").find(">= 0"),
+            std::string::npos);
+  const std::string error = control.handle(R"({"do":"set","parameter":"contact.frictio","value":1})");
+  EXPECT_NE(error.find("did you mean 'contact.friction'"), std::string::npos) << error;
+}
+
+TEST(RunControl, StopsWhileItWaits) {
+  RunControl control(open_to_all());
+  EXPECT_TRUE(may_begin(control));
+  control.handle(R"({"do":"pause"})");
+  EXPECT_TRUE(control.wait_for_turn([] { return true; }));
+}
+
+TEST(WebAddress, IsReadOrRefusedByName) {
+  EXPECT_EQ(parse_web_address("").port, 8090);
+  EXPECT_EQ(parse_web_address("9000").port, 9000);
+  EXPECT_EQ(parse_web_address("localhost:9000").address, "127.0.0.1");
+  EXPECT_EQ(parse_web_address("0.0.0.0:80").address, "0.0.0.0");
+  EXPECT_EQ(parse_web_address("192.168.1.20").port, 8090);
+  EXPECT_FALSE(parse_web_address("0.0.0.0").is_loopback());
+  EXPECT_FALSE(parse_web_address("127.0.0.2").is_loopback());
+  for (const char* wrong :
+       {"scene.yaml", "1.2.3", "1.2.3.256", "1.2.3.4:", "1.2.3.4:x", "1.2.3.4:65536", "[::1]:80", ":"})
+    EXPECT_NE(message_of([&] { parse_web_address(wrong); }, ErrorKind::usage).find("--web"),
+              std::string::npos)
+        << wrong;
+}
+
+TEST(ViewerChecks, OriginHostAndToken) {
+  EXPECT_TRUE(is_same_origin("http://127.0.0.1:8090", "127.0.0.1:8090"));
+  EXPECT_TRUE(is_same_origin("https://lab:8090", "lab:8090"));
+  for (const char* other :
+       {"http://127.0.0.1:8091", "http://evil.example", "null", "", "http://127.0.0.1:8090.evil.example"})
+    EXPECT_FALSE(is_same_origin(other, "127.0.0.1:8090")) << other;
+  EXPECT_FALSE(is_same_origin("http://", ""));
+  EXPECT_EQ(host_refusal(true, "localhost:8090"), "");
+  EXPECT_EQ(host_refusal(true, "127.0.0.1:8090"), "");
+  for (const char* other : {"evil.example:8090", "", "127.0.0.1.evil.example:80", "localhost.evil.example"})
+    EXPECT_NE(host_refusal(true, other), "") << other;
+  EXPECT_TRUE(is_same_token("abc", "abc"));
+  for (const char* other : {"", "ab", "abd", "abcd", "xabc"})
+    EXPECT_FALSE(is_same_token(other, "abc")) << other;
+  EXPECT_EQ(make_web_token().size(), 32U);
+  EXPECT_NE(make_web_token(), make_web_token());
+}
+
+}  // namespace
+}  // namespace tactus
