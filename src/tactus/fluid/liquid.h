@@ -107,13 +107,10 @@ class Liquid {
   /// The buffers of a liquid in one part, for solvers that bring particles between two steps.
   LiquidArrivals arrivals() {
     LiquidPart& part = parts_[0];
-    return {part.counters.view(),
-            part.count.view(),
-            part.x_m.view(),
-            part.v_m_s.view(),
-            part.id.view(),
-            part.push.view(),
-            settings_.max_particles + settings_.arrivals};
+    return {
+        part.counters.view(),      part.count.view(),        part.x_m.view(),
+        part.v_m_s.view(),         part.id.view(),           part.push.view(),
+        part.density_kg_m3.view(), part.relative_m_s.view(), settings_.max_particles + settings_.arrivals};
   }
   /// The walls of the box, of others than the liquid's particles; the first that `near` gets.
   void find_box_walls(ExecContext& ctx, const NeighbourSearch& places, const NearWalls& near) const {

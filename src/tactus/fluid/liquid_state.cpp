@@ -100,8 +100,12 @@ void Liquid::sort_again(const std::vector<Kept>& particles) {
   part.search.build(ctx, part.x_m.const_view(), part.id.const_view(), part.given(), part.first_copy());
   const auto here = static_cast<Index>(particles.size());
   std::vector<Index> order = to_host(ctx, part.search.cells().order);
-  // Before the first step, nothing was sorted.
-  if (to_host(ctx, part.search.cells().placed)[0] != here) std::iota(order.begin(), order.end(), 0);
+  order.resize(at(to_host(ctx, part.search.cells().placed)[0]));
+  // What came since, or before the first step, was not sorted: it comes last.
+  std::vector<std::uint8_t> is_sorted(particles.size());
+  for (const Index i : order) is_sorted[at(i)] = 1;
+  for (Index i = 0; i < here; ++i)
+    if (is_sorted[at(i)] == 0) order.push_back(i);
   const auto put_in_order = [&](const auto& list, auto& buffer) {
     auto out = list;
     for (Index slot = 0; slot < here; ++slot) out[at(slot)] = list[at(order[at(slot)])];
@@ -125,9 +129,15 @@ std::vector<Liquid::Kept> Liquid::kept() const {
     const std::vector<float> push = to_host(ctx, part.push.view().part(0, count)),
                              density = to_host(ctx, part.density_kg_m3.view().part(0, count));
     const std::vector<Index> id = to_host(ctx, part.id.view().part(0, count));
+    const auto placed = at(std::min(to_host(ctx, part.search.cells().placed)[0], count));
     const std::vector<SearchParticle> sorted = to_host(ctx, part.search.cells().particles.part(0, count));
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
     for (std::size_t i = 0; i < x.size(); ++i)
-      if (std::isfinite(x[i].x)) all.push_back({{x[i], v[i], id[i]}, push[i], density[i], sorted[i].x_m});
+      if (std::isfinite(x[i].x))
+        all.push_back({{x[i], v[i], id[i]},
+                       push[i],
+                       density[i],
+                       i < placed ? sorted[i].x_m : Vec3f{kNowhere, kNowhere, kNowhere}});
   }
   std::sort(all.begin(), all.end(),
             [](const Kept& a, const Kept& b) { return a.particle.id < b.particle.id; });

@@ -281,8 +281,15 @@ struct LiquidArrivals {
   View<Index> count;
   View<Vec3f> x_m, v_m_s;
   View<Index> id;
-  View<float> push;
+  View<float> push, density_kg_m3, relative_m_s;
   Index room;  ///< for particles
+  /// The liquid's last step knows nothing of it.
+  TACTUS_HD void put(Index slot, Vec3f at_m, Vec3f speed_m_s, Index number) const {
+    x_m[slot] = at_m;
+    v_m_s[slot] = speed_m_s;
+    id[slot] = number;
+    push[slot] = density_kg_m3[slot] = relative_m_s[slot] = 0;
+  }
 };
 
 /// One block. Per stroke, of the places that are open those that deficit most get a slot, as many as there
@@ -372,10 +379,7 @@ struct BleedWounds {
   TACTUS_HD void operator()(Index k) const {
     const Index to = slot[k], i = open[k].piece;
     if (to < 0) return;
-    liquid.x_m[to] = place_m[i];
-    liquid.v_m_s[to] = speed_m_s[i];
-    liquid.id[to] = first_id[0] + to;
-    liquid.push[to] = 0;
+    liquid.put(to, place_m[i], speed_m_s[i], first_id[0] + to);
     WoundState s = states[i];
     s.deficit -= 1.F;
     s.level = max(s.level - 1, 0);

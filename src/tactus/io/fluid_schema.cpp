@@ -110,6 +110,11 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
                   "compressed"},
                  f.max_speed_m_s, positive("m/s", 1000),
                  "of what falls through the box, faster by what it begins with");
+  v.choice<std::optional<bool>>(
+      {"film",
+       "whether liquid that touches a body slowly becomes a film on it, which flows, follows cuts, and drips "
+       "where it is thick; `auto`: no"},
+      f.film, {{"auto", std::nullopt}, {"true", true}, {"false", false}});
   v.choice({"looks", "how it is drawn"}, f.looks,
            {{"blood", LiquidLooks::blood}, {"water", LiquidLooks::water}});
   v.only_when(f.solver == LiquidModel::dfsph, "iterations", "'solver' is dfsph");

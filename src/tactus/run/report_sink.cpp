@@ -114,7 +114,8 @@ nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames
   return json;
 }
 
-/// The ledgers of the liquid, frame by frame: placed + emitted = here + taken + replaced, exactly.
+/// The ledgers of the liquid, frame by frame. Exactly: placed + emitted = here + taken + replaced; and what
+/// films took and gave is in taken and emitted, too: (film_taken - film_given) particles = film + stain.
 nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& liquid) {
   nlohmann::json json{{"particle_m3", liquid.spacing_m * liquid.spacing_m * liquid.spacing_m}};
   for (const char* key :
@@ -132,6 +133,14 @@ nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& l
   }
   json["steps"] = summary.liquid_steps;
   json["waiting_ml"] = summary.liquid_waiting_ml;
+  for (const char* key : {"film_ml", "stain_ml", "film_taken", "film_given"})
+    json[key] = nlohmann::json::array();
+  for (const SceneFilmReport& r : summary.films) {
+    json["film_ml"].push_back(1e6 * r.film_m3);
+    json["stain_ml"].push_back(1e6 * r.stain_m3);
+    json["film_taken"].push_back(r.taken);
+    json["film_given"].push_back(r.given);
+  }
   json["forces"] = nlohmann::json::array();
   for (const std::vector<LiquidReaction>& frame : summary.liquid_forces) {
     nlohmann::json of_frame = nlohmann::json::object();
@@ -214,6 +223,7 @@ void RunSummary::add(const StepReport& report) {
   liquid.push_back(report.liquid);
   liquid_steps.push_back(report.liquid_steps);
   liquid_waiting_ml.push_back(1e6 * report.liquid_waiting_m3);
+  films.push_back(report.film);
   liquid_forces.push_back(report.liquid_forces);
   contacts.push_back(report.contacts);
 }

@@ -17,6 +17,7 @@ struct RunSummary {
   std::vector<LiquidReport> liquid;                                  ///< per frame
   std::vector<int> liquid_steps;                                     ///< per frame
   std::vector<double> liquid_waiting_ml;                             ///< per frame
+  std::vector<SceneFilmReport> films;                                ///< per frame
   std::vector<std::vector<LiquidReaction>> liquid_forces;            ///< per frame
   std::vector<std::vector<BodyContact>> contacts;                    ///< per frame
   std::vector<std::vector<TrackedBlade>> blades;                     ///< per frame, those that are tracked

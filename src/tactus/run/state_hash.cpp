@@ -18,6 +18,9 @@ std::string state_hash(World& world) {
   const FrameSnapshot snapshot = world.snapshot();
   add(snapshot.real.positions_m);
   if (world.liquid() != nullptr) add(snapshot.liquid_m);
+  for (const SceneFilm::Thickness& film : snapshot.films)
+    for (const std::vector<float>* m : {&film.film_m, &film.stain_m})
+      hash = fnv1a({reinterpret_cast<const char*>(m->data()), m->size() * sizeof(float)}, hash);
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
   return text;

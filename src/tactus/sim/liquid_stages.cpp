@@ -34,6 +34,7 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
   const StageDevices devices = liquid_.part_count() > 1 ? StageDevices::all : StageDevices::first;
   std::vector<Resource> moved{"liquid"};
   for (const Felt& felt : bodies_) moved.push_back(felt.body->nodes_resource());
+  if (film_) film_->add_stages(schedule, readback);
   const bool bleeds =
       std::any_of(bodies_.begin(), bodies_.end(), [](const Felt& felt) { return felt.wounds != nullptr; });
   if (bleeds)

@@ -49,9 +49,9 @@ LiquidSettings settings_of(const Scene& scene) {
     s.carreau = {.zero_shear_Pa_s = static_cast<float>(f.zero_shear_viscosity_pa_s),
                  .relaxation_s = static_cast<float>(f.relaxation_s),
                  .index = static_cast<float>(f.power_index)};
-  // Wounds look for capacity in all of the liquid: it stays on one device.
-  if (std::any_of(scene.bodies.begin(), scene.bodies.end(),
-                  [](const BodyDescription& b) { return b.bleeding.has_value(); }))
+  // Wounds and films look for capacity in all of the liquid: it stays on one device.
+  if (has_film(scene) || std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                     [](const BodyDescription& b) { return b.bleeding.has_value(); }))
     s.least_particles = f.max_particles, s.arrivals = 1024;
   for (const EmitterDescription& e : f.emitters) {
     s.emitters.push_back({.position_m = vec_cast<float>(e.position_m),
@@ -217,6 +217,14 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
   pace_ = {.fastest_m_s = liquid_.settings().max_speed_m_s, .longest_step_s = liquid_.largest_step_s()};
   for (std::size_t b = 0; b < bodies.size(); ++b)
     if (!bodies[b]->is_untouched()) add_body(*bodies[b], Liquid::kFaces + kColliders + static_cast<Index>(b));
+  if (has_film(scene)) {
+    film_ = std::make_unique<SceneFilm>(devices_.context(0), scene, liquid_);
+    for (const Felt& felt : bodies_) film_->add_body(*felt.body);
+  } else if (description_.film.value_or(false)) {
+    first_notices_.push_back({"liquid.no_film", Severity::info,
+                              "'fluid.film' is true, but no body touches the liquid: there is no film",
+                              "let a body have 'contact: true'"});
+  }
 }
 
 void SceneLiquid::add_body(SoftBody& body, Index collider) {
@@ -248,6 +256,7 @@ void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {
       std::find_if(bodies_.begin(), bodies_.end(), [&](const Felt& felt) { return felt.body == &body; });
   if (known == bodies_.end()) return body.forget_wall_change();
   known->walls->apply(body.take_wall_change());
+  if (film_) film_->follow_cut(body);
   if (known->wounds) {
     const std::vector<WoundPiece> pieces = body.wound_pieces();
     known->wounds->set_pieces(devices_.context(0), pieces);
@@ -363,6 +372,7 @@ void SceneLiquid::archive(StateArchive& a) {
     a.value("whether their capacity is full", felt.was_full);
     felt.wounds->archive(devices_.context(0), a);
   }
+  if (film_) film_->archive(a);
 }
 
 }  // namespace tactus

@@ -18,6 +18,7 @@
 #include "tactus/sim/body/soft_body.h"
 #include "tactus/sim/notice.h"
 #include "tactus/sim/reach.h"
+#include "tactus/sim/scene_film.h"
 
 namespace tactus {
 
@@ -75,6 +76,12 @@ class SceneLiquid {
   double waiting_m3(const Readback& readback, double dt_frame_s, std::vector<Notice>& notices);
   /// Adds the volumes that strokes bled until the frame that was waited for.
   void add_bleeding(const Readback& readback, std::vector<CutScore>& cuts) const;
+  /// What lies on bodies as a film, over the frame that was waited for.
+  SceneFilmReport film_report(const Readback& readback) const {
+    return film_ ? film_->report(readback) : SceneFilmReport{};
+  }
+  /// nullptr where bodies have none.
+  const SceneFilm* film() const { return film_.get(); }
   /// When a body was cut, between frames. Synchronizes.
   void follow_cut(SoftBody& body, std::vector<Notice>& notices);
 
@@ -128,6 +135,7 @@ class SceneLiquid {
   LiquidDescription description_;
   Liquid liquid_;
   std::vector<Felt> bodies_;
+  std::unique_ptr<SceneFilm> film_;
   Readback::Place report_, impulses_;
   std::vector<Readback::Place> layers_;  ///< per part
   std::vector<Notice> first_notices_;    ///< of the start

@@ -70,13 +70,20 @@ class EmbeddedSurface {
   View<const embed::CubeNodes> cubes() const { return cubes_.view(); }
   Index vertex_count() const { return counts_[0]; }
   Index triangle_count() const { return counts_[1]; }
+  // For launches that are recorded once: with their capacity, and how many there are on the device.
+  Count vertices() const { return {device_counts_.const_view().part(0, 1), positions_.size()}; }
+  Count all_triangles() const { return {device_counts_.const_view().part(1, 1), triangles_.size() / 3}; }
+  View<const Vec3f> position_buffer_m() const { return positions_.const_view(); }
+  View<const Vec3f> normal_buffer() const { return normals_.const_view(); }
+  View<const Index> corner_buffer() const { return triangles_.const_view(); }
+  /// Triangles of each vertex.
+  const IndexLists& incident() const { return incident_; }
   /// The surface as it is now, on the host. Synchronizes.
   TriangleMesh to_mesh(ExecContext& ctx) const;
 
  private:
   void check(const TopologyChange& change) const;
   void list_triangles(std::span<const TopologyChange::Triangle> changes);
-  Count vertices() const { return {device_counts_.const_view().part(0, 1), positions_.size()}; }
   void gather_normals(ExecContext& ctx);
   void take_capacity_for_frame(ExecContext& ctx, std::size_t splits);
 

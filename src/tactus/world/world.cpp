@@ -272,6 +272,7 @@ void World::collect(StepReport& report) {
   if (liquid_) {
     report.liquid = liquid_->report(readback_, report.notices);
     report.liquid_waiting_m3 = liquid_->waiting_m3(readback_, report.dt_s, report.notices);
+    report.film = liquid_->film_report(readback_);
     liquid_->add_bleeding(readback_, cuts_);
   }
   for (auto& body : bodies_)

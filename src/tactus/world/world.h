@@ -44,6 +44,7 @@ struct StepReport {
   int substeps = 0;
   int liquid_steps = 0;
   double liquid_waiting_m3 = 0;  ///< that emitters and wounds should have brought by now
+  SceneFilmReport film;          ///< of the liquid on bodies
   int settling_substeps = 0;     ///< before the first frame, where 'frame.start' is settled
   double dt_s = 0;               ///< simulated
   std::vector<Notice> notices;   ///< all of this frame
@@ -62,14 +63,15 @@ struct ProbeReading {
 
 /// Meshes for viewers and exporters: owns its data, never the world's.
 struct FrameSnapshot {
-  TriangleMesh real;                    ///< the reconstructed surface, with normals
-  std::vector<TriangleMesh> bodies;     ///< in the scene's order
-  std::vector<TriangleMesh> obstacles;  ///< those that move, in the scene's order
-  std::vector<TriangleMesh> blades;     ///< tracked ones that are seen; others until their path ends
-  std::vector<ToolAxis> tools;          ///< tracked ones that were found
-  std::vector<Vec3f> liquid_m;          ///< its particles, by id
-  std::int64_t tick = 0;                ///< of the images
-  double captured_s = 0;                ///< when those came, on the clock of now_s()
+  TriangleMesh real;                        ///< the reconstructed surface, with normals
+  std::vector<TriangleMesh> bodies;         ///< in the scene's order
+  std::vector<TriangleMesh> obstacles;      ///< those that move, in the scene's order
+  std::vector<TriangleMesh> blades;         ///< tracked ones that are seen; others until their path ends
+  std::vector<ToolAxis> tools;              ///< tracked ones that were found
+  std::vector<Vec3f> liquid_m;              ///< its particles, by id
+  std::vector<SceneFilm::Thickness> films;  ///< on the bodies, in their order; none where there is no film
+  std::int64_t tick = 0;                    ///< of the images
+  double captured_s = 0;                    ///< when those came, on the clock of now_s()
 };
 
 /// Owns bodies, liquid, obstacles, probes, cuts and time; one thread calls it. Its solvers declare their work

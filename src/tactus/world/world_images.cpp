@@ -53,6 +53,9 @@ FrameSnapshot World::snapshot() {
   for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
     snapshot.blades.push_back(std::move(blade));
   if (liquid_) snapshot.liquid_m = liquid_->positions_m();
+  if (const SceneFilm* film = liquid_ ? liquid_->film() : nullptr)
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      snapshot.films.push_back(film->thickness(*bodies_[b], snapshot.bodies[b]));
   return snapshot;
 }
 

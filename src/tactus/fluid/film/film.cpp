@@ -1,7 +1,9 @@
 #include "tactus/fluid/film/film.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "tactus/base/error.h"
 
@@ -55,6 +57,7 @@ Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, I
       region_count_(ctx.device(), 2),
       rate_(ctx.device(), ceil_div(max_triangles, FindFilmRates::kThreads)),
       passes_(ctx.device(), 1),
+      sums_(ctx.device(), 1),
       vertex_count_(ctx.device(), settings.most_passes),
       triangle_count_(ctx.device(), settings.most_passes) {
   ctx.fill_bytes(volume_.view(), 0);
@@ -62,6 +65,7 @@ Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, I
   ctx.fill_bytes(height_.view(), 0);
   ctx.fill_bytes(flow_.view(), 0);
   ctx.fill_bytes(passes_.view(), 0);
+  ctx.fill_bytes(sums_.view(), 0);
 }
 
 FilmRegion Film::find_region(ExecContext& ctx, const FilmSurface& surface) {
@@ -122,6 +126,46 @@ void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FramePa
     ctx.parallel_for("film/dry", region.vertices,
                      DryFilm{drying_m_s_, frame, region.vertex, area_.const_view(), volume_.view(),
                              stain_.view(), height_.view()});
+}
+
+void Film::sum(ExecContext& ctx, Count vertices) {
+  ctx.fill_bytes(sums_.view(), 0);
+  ctx.parallel_for("film/sum", ceil_div(vertices.capacity, SumFilm::kThreads),
+                   SumFilm{vertices, volume_.const_view(), stain_.const_view(), sums_.view()});
+}
+
+std::vector<std::uint8_t> Film::held(ExecContext& ctx, Index vertices) const {
+  const std::vector<std::int64_t> volume = to_host(ctx, volume_.const_view().part(0, vertices)),
+                                  stain = to_host(ctx, stain_.const_view().part(0, vertices));
+  std::vector<std::uint8_t> all(volume.size());
+  for (std::size_t v = 0; v < all.size(); ++v) all[v] = volume[v] > 0 || stain[v] > 0 ? 1 : 0;
+  return all;
+}
+
+void Film::move(ExecContext& ctx, std::span<const Move> moves) {
+  if (moves.empty()) return;
+  for (Buffer<std::int64_t>* units : {&volume_, &stain_}) {
+    std::vector<std::int64_t> host = to_host(ctx, units->const_view());
+    for (const Move& m : moves)
+      host[static_cast<std::size_t>(m.to)] += std::exchange(host[static_cast<std::size_t>(m.from)], 0);
+    ctx.upload(host, units->view());
+    ctx.synchronize();
+  }
+}
+
+void Film::archive(ExecContext& ctx, StateArchive& a) {
+  std::vector<std::int64_t> volume = to_host(ctx, volume_.const_view()),
+                            stain = to_host(ctx, stain_.const_view());
+  a.values("volumes of film", volume);
+  a.values("volumes of stains", stain);
+  constexpr std::int64_t kMost = std::int64_t{1} << 56;  // 1 m^3
+  const auto is_volume = [](std::int64_t units) { return units >= 0 && units <= kMost; };
+  a.check(std::all_of(volume.begin(), volume.end(), is_volume), "volumes of film");
+  a.check(std::all_of(stain.begin(), stain.end(), is_volume), "volumes of stains");
+  if (!a.reads()) return;
+  ctx.upload(volume, volume_.view());
+  ctx.upload(stain, stain_.view());
+  ctx.synchronize();
 }
 
 }  // namespace tactus

@@ -13,3 +13,4 @@ TACTUS_CUDA_KERNEL(tactus::PressFilm);
 TACTUS_CUDA_KERNEL(tactus::FlowFilm);
 TACTUS_CUDA_KERNEL(tactus::GatherFilm);
 TACTUS_CUDA_KERNEL(tactus::DryFilm);
+TACTUS_CUDA_KERNEL(tactus::SumFilm);

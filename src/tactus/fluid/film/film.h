@@ -1,6 +1,10 @@
 #pragma once
 /// A film of liquid on a surface that may move and be cut.
+#include <span>
+#include <vector>
+
 #include "tactus/fluid/film/film_kernels.h"
+#include "tactus/frame/state_archive.h"
 
 namespace tactus {
 
@@ -29,6 +33,20 @@ class Film {
   /// One frame of dt_s times substeps, with the surface where it is.
   void step(ExecContext& ctx, const FilmSurface& surface, View<const FrameParams> frame);
 
+  /// Sums over all vertices, into sums().
+  void sum(ExecContext& ctx, Count vertices);
+  /// Between frames, when a surface was cut. A vertex that keeps triangles keeps its volume, on whichever
+  /// side of the cut it is, and new vertices begin dry. What lies on one that has none left goes to another.
+  struct Move {
+    Index from = 0, to = 0;
+  };
+  /// Synchronizes.
+  void move(ExecContext& ctx, std::span<const Move> moves);
+  /// Vertices that hold something, volume or stain. Synchronizes.
+  std::vector<std::uint8_t> held(ExecContext& ctx, Index vertices) const;
+  /// All that later frames depend on. Synchronizes. @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a);
+
   Index max_vertices() const { return volume_.size(); }
   const FilmLaw& law() const { return law_; }
   /// In units of kFilmUnit_m3, one per vertex.
@@ -38,6 +56,8 @@ class Film {
   View<const std::int64_t> stains() const { return stain_.const_view(); }
   /// After the last step; 0 where it is dry.
   View<const float> heights_m() const { return height_.const_view(); }
+  /// (1) of the last sum()
+  View<const FilmSums> sums() const { return sums_.const_view(); }
   /// (1) of the last step
   View<const FilmPasses> passes() const { return passes_.const_view(); }
 
@@ -56,6 +76,7 @@ class Film {
   Buffer<Index> mark_, wider_, flag_, gate_, region_vertex_, region_triangle_, region_count_;
   Buffer<float> rate_;
   Buffer<FilmPasses> passes_;
+  Buffer<FilmSums> sums_;
   Buffer<Index> vertex_count_, triangle_count_;
 };
 

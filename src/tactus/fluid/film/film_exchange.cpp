@@ -52,10 +52,20 @@ FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& setting
       id_(ctx.device(), 1),
       ledger_(ctx.device(), 1) {
   ctx.fill_bytes(ledger_.view(), 0);
+  ctx.fill_bytes(last_x_m_.view(), 0);
 }
 
 void FilmExchange::start(ExecContext& ctx, const FilmSurface& surface) {
   ctx.copy(surface.x_m, last_x_m_.view().part(0, surface.x_m.size()));
+}
+
+void FilmExchange::add_vertices(ExecContext& ctx, const FilmSurface& surface, Index first, Index end) {
+  if (end > first) ctx.copy(surface.x_m.part(first, end - first), last_x_m_.view().part(first, end - first));
+}
+
+void FilmExchange::archive(ExecContext& ctx, StateArchive& a) {
+  a.buffer(ctx, "film's last places", last_x_m_);
+  a.buffer(ctx, "film's ledger", ledger_);
 }
 
 void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface, View<const Vec3f> normals,

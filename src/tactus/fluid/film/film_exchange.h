@@ -26,6 +26,10 @@ class FilmExchange {
 
   /// Where the surface is before the first frame.
   void start(ExecContext& ctx, const FilmSurface& surface);
+  /// New vertices, where a cut made some: they stand still in the coming frame.
+  void add_vertices(ExecContext& ctx, const FilmSurface& surface, Index first, Index end);
+  /// All that later frames depend on. Synchronizes. @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a);
   /// @param normals of the vertices, unit, outward
   /// @param search of the liquid's last step
   void run(ExecContext& ctx, Film& film, const FilmSurface& surface, View<const Vec3f> normals,

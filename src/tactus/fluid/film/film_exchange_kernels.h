@@ -253,10 +253,7 @@ struct GiveParticles {
   LiquidArrivals liquid;
   TACTUS_HD void operator()(Index k) const {
     const Index v = list[k], to = slot[0] + k;
-    liquid.x_m[to] = place_m[v];
-    liquid.v_m_s[to] = skin.velocity_m_s(v);
-    liquid.id[to] = id[0] + k;
-    liquid.push[to] = 0;
+    liquid.put(to, place_m[v], skin.velocity_m_s(v), id[0] + k);
     std::int64_t left = law.particle_units - take(v, law.particle_units);
     for (Index e = skin.surface.lists[v].begin; e < skin.surface.lists[v].end; ++e)
       left -= take(skin.next(skin.surface.incident[e], v), left);

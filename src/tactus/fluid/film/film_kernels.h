@@ -10,6 +10,7 @@
 /// Steps are explicit. The mobility h^3 / (3 mu) is held below the value at which a pass would be unstable.
 /// So a film at rest is the right one, and thick liquid on fine triangles moves slower than it should.
 #include "tactus/base/vec.h"
+#include "tactus/compute/atomic.h"
 #include "tactus/compute/fold.h"
 #include "tactus/frame/frame_params.h"
 #include "tactus/geom/arrays/index_lists.h"
@@ -396,6 +397,44 @@ struct DryFilm {
     volume[v] -= dries;
     stain[v] += dries;
     height_m[v] = area > 0 ? kFilmUnit_m3 * static_cast<float>(volume[v]) / area : 0.F;
+  }
+};
+
+/// Sums over a film, in units of kFilmUnit_m3.
+struct FilmSums {
+  std::uint64_t film = 0, stain = 0;
+  std::uint64_t wet = 0;  ///< vertices
+};
+
+/// Block: kThreads vertices. Sums of integers: in any order the same.
+struct SumFilm {
+  static constexpr int kThreads = 256;
+  Count vertices;
+  View<const std::int64_t> volume, stain;
+  View<FilmSums> sums;  ///< (1) emptied before
+  struct Shared {
+    FilmSums of[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index begin = b.index() * kThreads, n = vertices.get();
+    if (begin >= n) return;
+    b.for_each_thread([&](int t) {
+      const Index v = begin + t;
+      s.of[t] = v < n ? FilmSums{static_cast<std::uint64_t>(volume[v]), static_cast<std::uint64_t>(stain[v]),
+                                 volume[v] > 0 ? 1U : 0U}
+                      : FilmSums{};
+    });
+    fold<kThreads>(b, kThreads, [&](int t, int other) {
+      s.of[t].film += s.of[other].film;
+      s.of[t].stain += s.of[other].stain;
+      s.of[t].wet += s.of[other].wet;
+    });
+    b.on_one_thread([&] {
+      if (s.of[0].film > 0) atomic_add(sums[0].film, s.of[0].film);
+      if (s.of[0].stain > 0) atomic_add(sums[0].stain, s.of[0].stain);
+      if (s.of[0].wet > 0) atomic_add(sums[0].wet, s.of[0].wet);
+    });
   }
 };
 

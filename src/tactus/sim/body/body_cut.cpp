@@ -177,6 +177,30 @@ WallChange SoftBody::take_wall_change() {
   return change;
 }
 
+std::vector<SoftBody::VertexHeir> SoftBody::heirs(std::span<const std::uint8_t> wanted) const {
+  const IndexLists& incident = surface_.incident();
+  const auto rest = [&](Index v) {
+    const embed::Anchor anchor = cutter_->surface().anchor(cutter_->lattice(), v);
+    return vec_cast<float>(shape_.lattice.cubes[at(anchor.cube)]) + anchor.local;
+  };
+  std::vector<VertexHeir> all;
+  for (Index v = 0; v < static_cast<Index>(wanted.size()); ++v) {
+    if (wanted[at(v)] == 0 || !incident[v].empty()) continue;
+    const Vec3f p = rest(v);
+    VertexHeir heir{v, -1};
+    float least2 = 0;
+    for (Index w = 0; w < surface_.vertex_count(); ++w) {
+      if (incident[w].empty()) continue;
+      const Vec3f d = rest(w) - p;
+      if (heir.to >= 0 && dot(d, d) >= least2) continue;
+      heir.to = w;
+      least2 = dot(d, d);
+    }
+    if (heir.to >= 0) all.push_back(heir);
+  }
+  return all;
+}
+
 Index SoftBody::keep_wounds(float spacing_m) {
   if (!is_cuttable() || !description_.bleeding) return 0;
   wound_spacing_m_ = spacing_m;

@@ -49,9 +49,9 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, ContactOnDevic
   schedule.add({.name = stage("embed"),
                 .timed_as = "embed",
                 .rate = Rate::end,
-                .writes = {stage("surface")},
+                .writes = {surface_resource()},
                 .reads = {nodes_resource()},
-                .submit = [this, &ctx](BlockPlace) { surface_.update(ctx, tissue_.body()); }});
+                .submit = [this, &ctx](BlockPlace) { update_surface(ctx); }});
 }
 
 void SoftBody::begin_stage(ExecContext& ctx) {

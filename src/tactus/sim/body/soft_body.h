@@ -176,6 +176,17 @@ class SoftBody {
   std::string devices_text() const;
   /// Substeps of a frame are a multiple of this.
   int matching_every() const { return model().flsm() ? description_.matching_every : 1; }
+  Resource surface_resource() const { return stage("surface"); }
+  /// The seen surface, where recorded launches find it after each cut.
+  const EmbeddedSurface& seen_surface() const { return surface_; }
+  /// Moves the seen surface to where the nodes are now.
+  void update_surface(ExecContext& ctx) { surface_.update(ctx, tissue_.body()); }
+  /// Vertices of the seen surface that a cut left without triangles, and the nearest ones at rest that have
+  /// some. @param wanted per vertex: 1 for those to look at
+  struct VertexHeir {
+    Index from = 0, to = 0;
+  };
+  std::vector<VertexHeir> heirs(std::span<const std::uint8_t> wanted) const;
   /// The seen surface on the host. Synchronizes.
   TriangleMesh surface(ExecContext& ctx) const { return surface_.to_mesh(ctx); }
   /// Per triangle of the seen surface: 1 where elements deform it. Synchronizes.

@@ -1,0 +1,65 @@
+#pragma once
+/// The films of a scene's liquid on its bodies, in the frame.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tactus/fluid/film/film_exchange.h"
+#include "tactus/fluid/liquid.h"
+#include "tactus/frame/readback.h"
+#include "tactus/frame/schedule.h"
+#include "tactus/sim/body/soft_body.h"
+
+namespace tactus {
+
+/// Whether the scene's liquid makes a film on its bodies: where the scene says so.
+bool has_film(const Scene& scene);
+
+/// The volume ledger of all films. Exactly: film + stain = (taken - given) particles.
+struct SceneFilmReport {
+  double film_m3 = 0, stain_m3 = 0;
+  std::uint64_t wet_vertices = 0;
+  std::uint64_t taken = 0, given = 0;  ///< particles, since the beginning; in LiquidReport, too
+};
+
+/// Owns a film on each body that it is given, on the first device. Once a frame, before its substeps, a film
+/// flows on the body's surface as the last frame left it; then particles and film exchange. Cuts come between
+/// frames.
+class SceneFilm {
+ public:
+  SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid);
+  /// Its walls stop the liquid, too. Both must outlive the schedule's runs.
+  void add_body(SoftBody& body);
+  /// Before those of wounds and of the liquid.
+  void add_stages(Schedule& schedule, Readback& readback);
+  SceneFilmReport report(const Readback& readback) const;
+  /// When a body was cut, between frames. Synchronizes.
+  void follow_cut(const SoftBody& body);
+  /// Once bodies have their cuts. Synchronizes.
+  void archive(StateArchive& a);
+
+  /// Thickness of film and stain at each vertex of a body's surface: the volume over a third of the area of
+  /// its triangles. Synchronizes. @param surface of the body now
+  struct Thickness {
+    std::vector<float> film_m, stain_m;
+  };
+  Thickness thickness(const SoftBody& body, const TriangleMesh& surface) const;
+
+ private:
+  struct Coat {
+    SoftBody* body;
+    std::unique_ptr<Film> film;
+    std::unique_ptr<FilmExchange> exchange;
+    Readback::Place sums, ledger;
+    Index vertices;  ///< of the surface, at the last cut
+  };
+  static FilmSurface surface_of(const SoftBody& body);
+  void run(Coat& coat, View<const FrameParams> frame);
+
+  ExecContext& ctx_;
+  Liquid& liquid_;
+  float gravity_m_s2_;
+  std::vector<Coat> coats_;
+};
+
+}  // namespace tactus
