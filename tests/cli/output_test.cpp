@@ -139,18 +139,16 @@ TEST_F(Output, VtkFilesShowABodyAsItIsCut) {
   ASSERT_EQ(o.code, 0) << o.text;
   const auto count = [&](const std::string& file, const std::string& of) {
     std::ifstream in(file);
-    std::string word;
-    int n = -1;
-    while (in >> word && word != of) {
-    }
-    in >> n;
-    return n;
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    const std::size_t at = text.find(of + "=\"");
+    return at == text.npos ? -1 : std::stoi(text.substr(at + of.size() + 2));
   };
-  const std::string before = path("out/cut-block-00000.vtk"), after = path("out/cut-block-00020.vtk");
-  EXPECT_EQ(count(before, "POINTS"), 9 * 9 * 5);
-  EXPECT_EQ(count(before, "CELLS"), 8 * 8 * 4);
-  EXPECT_EQ(count(after, "POINTS"), 9 * 9 * 5 + 2 * 9 * 5);
-  EXPECT_EQ(count(after, "CELLS"), 8 * 8 * 4 + 8 * 4);
+  const std::string before = path("out/cut-block-00000.vtu"), after = path("out/cut-block-00020.vtu");
+  EXPECT_EQ(count(before, "NumberOfPoints"), 9 * 9 * 5);
+  EXPECT_EQ(count(before, "NumberOfCells"), 8 * 8 * 4);
+  EXPECT_EQ(count(after, "NumberOfPoints"), 9 * 9 * 5 + 2 * 9 * 5);
+  EXPECT_EQ(count(after, "NumberOfCells"), 8 * 8 * 4 + 8 * 4);
+  EXPECT_EQ(files().size(), 6U) << "scene, two of the body, two of the filmed ball, the collection";
 }
 
 }  // namespace

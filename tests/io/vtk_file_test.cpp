@@ -4,80 +4,88 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
 #include <map>
+#include <pugixml.hpp>
 
 #include "io/io_test_files.h"
 
 namespace tactus {
 namespace {
 
-/// A legacy VTK file of one unstructured grid, by its keywords.
+std::string decoded(const std::string& text) {
+  std::string bytes;
+  std::uint32_t group = 0, bits = 0;
+  for (const char c : text) {
+    const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const char* at = c == '\0' ? nullptr : std::strchr(digits, c);
+    if (at == nullptr) continue;  // padding
+    group = group << 6U | static_cast<std::uint32_t>(at - digits);
+    if ((bits += 6) >= 8) bytes += static_cast<char>(group >> (bits -= 8) & 255U);
+  }
+  return bytes;
+}
+
+/// The values of an array of that name.
+template <class T>
+std::vector<T> array_of(pugi::xml_node parent, const char* name, const char* type) {
+  const pugi::xml_node array = parent.find_child_by_attribute("DataArray", "Name", name);
+  EXPECT_STREQ(array.attribute("type").value(), type) << name;
+  EXPECT_STREQ(array.attribute("format").value(), "binary") << name;
+  const std::string bytes = decoded(array.text().get());
+  std::uint64_t length = 0;
+  if (bytes.size() < sizeof length) {
+    ADD_FAILURE() << name;
+    return {};
+  }
+  std::memcpy(&length, bytes.data(), sizeof length);
+  EXPECT_EQ(length, bytes.size() - sizeof length) << name;
+  std::vector<T> values(length / sizeof(T));
+  std::memcpy(values.data(), bytes.data() + sizeof length, values.size() * sizeof(T));
+  return values;
+}
+
 struct Grid {
   std::vector<Vec3d> points;
   std::vector<std::vector<int>> cells;
-  std::vector<int> types;
+  std::vector<std::uint8_t> types, model;
   std::map<std::string, std::vector<double>> of_points, of_cells;  ///< all components, one after the other
 };
 
-std::vector<double> numbers(std::istream& in, std::size_t count) {
-  std::vector<double> all(count);
-  for (double& x : all) in >> x;
-  return all;
+pugi::xml_node piece_of(pugi::xml_document& document, const std::string& path, const char* kind) {
+  EXPECT_TRUE(document.load_file(path.c_str())) << path;
+  const pugi::xml_node file = document.child("VTKFile");
+  EXPECT_STREQ(file.attribute("type").value(), kind);
+  EXPECT_STREQ(file.attribute("byte_order").value(), "LittleEndian");
+  EXPECT_STREQ(file.attribute("header_type").value(), "UInt64");
+  return file.child(kind).child("Piece");
 }
 
 Grid read_grid(const std::string& path) {
-  std::ifstream in(path);
-  std::string line, word;
-  std::getline(in, line);
-  EXPECT_EQ(line, "# vtk DataFile Version 3.0");
-  std::getline(in, line);
-  std::getline(in, line);
-  EXPECT_EQ(line, "ASCII");
+  pugi::xml_document document;
+  const pugi::xml_node piece = piece_of(document, path, "UnstructuredGrid");
   Grid grid;
-  auto* data = &grid.of_points;
-  std::size_t tuples = 0;
-  while (in >> word) {
-    std::size_t count = 0;
-    std::string name, type;
-    if (word == "DATASET") {
-      in >> word;
-      EXPECT_EQ(word, "UNSTRUCTURED_GRID");
-    } else if (word == "POINTS") {
-      in >> count >> type;
-      const std::vector<double> x = numbers(in, 3 * count);
-      for (std::size_t i = 0; i < count; ++i) grid.points.push_back({x[3 * i], x[3 * i + 1], x[3 * i + 2]});
-    } else if (word == "CELLS") {
-      std::size_t size = 0;
-      in >> count >> size;
-      for (std::size_t c = 0; c < count; ++c) {
-        std::size_t corners = 0;
-        in >> corners;
-        size -= corners + 1;
-        for (const double node : numbers(in, corners)) {
-          if (grid.cells.size() <= c) grid.cells.emplace_back();
-          grid.cells[c].push_back(static_cast<int>(node));
-        }
-      }
-      EXPECT_EQ(size, 0U);
-    } else if (word == "CELL_TYPES") {
-      in >> count;
-      for (const double t : numbers(in, count)) grid.types.push_back(static_cast<int>(t));
-    } else if (word == "POINT_DATA" || word == "CELL_DATA") {
-      data = word == "POINT_DATA" ? &grid.of_points : &grid.of_cells;
-      in >> tuples;
-    } else if (word == "VECTORS" || word == "TENSORS") {
-      in >> name >> type;
-      (*data)[name] = numbers(in, (word == "VECTORS" ? 3 : 9) * tuples);
-    } else if (word == "SCALARS") {
-      in >> name >> type >> count >> word >> word;
-      (*data)[name] = numbers(in, count * tuples);
-    } else {
-      ADD_FAILURE() << "no keyword of VTK: " << word;
-      return grid;
-    }
-    EXPECT_FALSE(in.fail()) << word << ' ' << name;
+  const auto at = array_of<float>(piece.child("Points"), "Points", "Float32");
+  for (std::size_t i = 0; i + 2 < at.size(); i += 3)
+    grid.points.push_back({double{at[i]}, double{at[i + 1]}, double{at[i + 2]}});
+  EXPECT_EQ(piece.attribute("NumberOfPoints").as_ullong(), grid.points.size());
+  const pugi::xml_node cells = piece.child("Cells");
+  const auto corners = array_of<std::int32_t>(cells, "connectivity", "Int32");
+  std::size_t begin = 0;
+  for (const std::int64_t end : array_of<std::int64_t>(cells, "offsets", "Int64")) {
+    grid.cells.emplace_back(corners.begin() + static_cast<std::ptrdiff_t>(begin), corners.begin() + end);
+    begin = static_cast<std::size_t>(end);
   }
+  EXPECT_EQ(piece.attribute("NumberOfCells").as_ullong(), grid.cells.size());
+  grid.types = array_of<std::uint8_t>(cells, "types", "UInt8");
+  grid.model = array_of<std::uint8_t>(piece.child("CellData"), "model", "UInt8");
+  for (const char* name : {"displacement_m", "velocity_m_s"}) {
+    const auto values = array_of<float>(piece.child("PointData"), name, "Float32");
+    grid.of_points[name].assign(values.begin(), values.end());
+  }
+  for (const char* name : {"J", "von_mises_Pa", "green_strain", "cauchy_stress_Pa"})
+    grid.of_cells[name] = array_of<double>(piece.child("CellData"), name, "Float64");
   return grid;
 }
 
@@ -97,19 +105,20 @@ TEST(VtkFile, AStretchedBarIsReadBack) {
   for (Vec3f& p : x) p.x *= 1.25F;
   const ElasticMaterial m{.young_Pa = 5000, .poisson = 0.4F};
   const TempFolder folder;
-  const std::string path = folder.path + "/bar.vtk";
-  write_vtk(path, lattice, x, v, cube_strains(lattice, {}, {&m, 1}, {}, {}, x));
+  const std::string path = folder.path + "/bar.vtu";
+  write_vtu(path, lattice, {}, x, v, cube_strains(lattice, {}, {&m, 1}, {}, {}, x));
   const Grid grid = read_grid(path);
   ASSERT_EQ(grid.points.size(), 12U);
   ASSERT_EQ(grid.cells.size(), 2U);
-  EXPECT_EQ(grid.types, (std::vector<int>{12, 12}));
+  EXPECT_EQ(grid.types, (std::vector<std::uint8_t>{12, 12}));
+  EXPECT_EQ(grid.model, (std::vector<std::uint8_t>{1, 1}));
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Vec3f rest = lattice.rest_m(static_cast<Index>(i));
     for (int a = 0; a < 3; ++a) {
       const std::size_t at = 3 * i + static_cast<std::size_t>(a);
-      EXPECT_FLOAT_EQ(static_cast<float>(grid.points[i][a]), x[i][a]);
-      EXPECT_FLOAT_EQ(static_cast<float>(grid.of_points.at("displacement_m")[at]), x[i][a] - rest[a]);
-      EXPECT_FLOAT_EQ(static_cast<float>(grid.of_points.at("velocity_m_s")[at]), v[i][a]);
+      EXPECT_EQ(static_cast<float>(grid.points[i][a]), x[i][a]) << "bit for bit";
+      EXPECT_EQ(static_cast<float>(grid.of_points.at("displacement_m")[at]), x[i][a] - rest[a]);
+      EXPECT_EQ(static_cast<float>(grid.of_points.at("velocity_m_s")[at]), v[i][a]);
     }
   }
   for (const std::vector<int>& cell : grid.cells) {
@@ -138,13 +147,54 @@ TEST(VtkFile, ACutBodyHasItsCopies) {
   const std::vector<Vec3f> v(x.size());
   const ElasticMaterial m{};
   const TempFolder folder;
-  const std::string path = folder.path + "/cut.vtk";
-  write_vtk(path, lattice, x, v, cube_strains(lattice, {}, {&m, 1}, {}, {}, x));
+  const std::string path = folder.path + "/cut.vtu";
+  write_vtu(path, lattice, {}, x, v, cube_strains(lattice, {}, {&m, 1}, {}, {}, x));
   const Grid grid = read_grid(path);
   EXPECT_EQ(grid.points.size(), 16U + 8U);
   ASSERT_EQ(grid.cells.size(), 4U);
   EXPECT_EQ(grid.of_cells.at("J").size(), 4U);
   for (const std::vector<int>& cell : grid.cells) EXPECT_NEAR(orientation(grid, cell), 1e-6, 1e-11);
+}
+
+TriangleMesh a_triangle() {
+  return {.positions_m = {{0, 0, 0}, {1, 0, 0}, {0, 1.0F / 3, 0}},
+          .normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}},
+          .triangles = {{0, 1, 2}}};
+}
+
+TEST(VtkFile, SurfacesAndParticlesAreReadBack) {
+  const TempFolder folder;
+  TriangleMesh mesh = a_triangle();
+  for (const bool is_surface : {true, false}) {
+    if (!is_surface) mesh.triangles.clear(), mesh.normals.clear();
+    const std::string path = folder.path + "/a.vtp";
+    write_vtp(path, mesh);
+    pugi::xml_document document;
+    const pugi::xml_node piece = piece_of(document, path, "PolyData");
+    EXPECT_EQ(array_of<float>(piece.child("Points"), "Points", "Float32"),
+              (std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1.0F / 3, 0}));
+    EXPECT_EQ(piece.attribute(is_surface ? "NumberOfPolys" : "NumberOfVerts").as_int(), is_surface ? 1 : 3);
+    const pugi::xml_node cells = piece.child(is_surface ? "Polys" : "Verts");
+    EXPECT_EQ(array_of<std::int32_t>(cells, "connectivity", "Int32"), (std::vector<std::int32_t>{0, 1, 2}));
+    EXPECT_EQ(array_of<std::int64_t>(cells, "offsets", "Int64"),
+              is_surface ? (std::vector<std::int64_t>{3}) : (std::vector<std::int64_t>{1, 2, 3}));
+    EXPECT_EQ(piece.child("PointData").empty(), !is_surface);
+  }
+}
+
+TEST(VtkFile, ACollectionHasTimesAndParts) {
+  const TempFolder folder;
+  const std::string path = folder.path + "/a.pvd";
+  write_pvd(path,
+            std::vector<TimedFile>{{0, "a", "a-0.vtu"}, {0, "b", "b<0.vtp"}, {1.0 / 30, "a", "a-1.vtu"}});
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_file(path.c_str()));
+  std::vector<std::string> files;
+  for (const pugi::xml_node data : document.child("VTKFile").child("Collection").children("DataSet"))
+    files.push_back(std::string(data.attribute("file").value()) + " " + data.attribute("part").value());
+  EXPECT_EQ(files, (std::vector<std::string>{"a-0.vtu 0", "b<0.vtp 1", "a-1.vtu 0"}));
+  EXPECT_EQ(document.child("VTKFile").child("Collection").last_child().attribute("timestep").as_double(),
+            1.0 / 30);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ void print_bodies(const World& world, bool with_devices) {
 /// Numbered or named by the scene, in a folder that no other run may write meanwhile.
 bool writes_into_folder(const RunOptions& options, const Scene& scene) {
   return options.view == "file" || scene.output.mesh_every > 0 || scene.output.vtk_every > 0 ||
-         scene.output.trace;
+         scene.output.usd_every > 0 || scene.output.trace;
 }
 
 void run(const RunOptions& options) {
@@ -61,12 +61,13 @@ void run(const RunOptions& options) {
   if (!options.json_path.empty()) sinks.report.emplace(scene, options.contacts);
   for (const std::string& body : options.contacts) world.report_contacts(body);
   if (options.explain) sinks.explain.emplace(scene);
-  if (scene.output.vtk_every > 0) sinks.strains.emplace(scene.output.vtk_every, stem);
+  const double frames_per_s = std::clamp(source->fps().value_or(30), 1.0, 240.0);  // a film's
+  if (scene.output.vtk_every > 0) sinks.vtk.emplace(scene.output.vtk_every, stem);
+  if (scene.output.usd_every > 0) sinks.usd.emplace(scene, stem, frames_per_s);
   if (scene.output.mesh_every > 0) sinks.meshes.emplace(scene, stem);
   if (options.view == "file") {
     check_opengl();
-    sinks.pictures.emplace(scene, source->rig(), assets, world, stem,
-                           std::clamp(source->fps().value_or(30), 1.0, 240.0));  // a film's
+    sinks.pictures.emplace(scene, source->rig(), assets, world, stem, frames_per_s);
   }
   if (budget_s > 0) {
     sinks.budget.emplace(budget_s, world, sinks.pictures && scene.view.photographs > 0);

@@ -9,6 +9,7 @@
 #include "tactus/run/picture_sink.h"
 #include "tactus/run/progress_sink.h"
 #include "tactus/run/report_sink.h"
+#include "tactus/run/usd_sink.h"
 
 namespace tactus {
 
@@ -17,7 +18,8 @@ struct RunSinks {
   std::optional<ReportSink> report;
   std::optional<ExplainSink> explain;
   CrushSink crush;
-  std::optional<StrainSink> strains;
+  std::optional<VtkSink> vtk;
+  std::optional<UsdSink> usd;
   std::optional<MeshSink> meshes;
   std::optional<PictureSink> pictures;
   std::optional<BudgetSink> budget;
@@ -27,7 +29,8 @@ struct RunSinks {
     if (report) loop.add(*report);
     if (explain) loop.add(*explain);
     loop.add(crush);
-    if (strains) loop.add(*strains);
+    if (vtk) loop.add(*vtk);
+    if (usd) loop.add(*usd);
     if (meshes) loop.add(*meshes);
     if (pictures) loop.add(*pictures);
     if (budget) loop.add(*budget);

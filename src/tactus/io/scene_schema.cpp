@@ -397,8 +397,13 @@ void describe_output(FieldVisitor& v, OutputDescription& o) {
   v.boolean({"trace", "write the stages' times as a Chrome trace"}, o.trace);
   v.integer({"mesh_every", "write PLY files of surface, bodies and liquid every n-th frame; 0: never"},
             o.mesh_every, {"", 0, 1000000});
-  v.integer({"vtk_every", "write VTK files of cubes with strain and stress every n-th frame; 0: never"},
-            o.vtk_every, {"", 0, 1000000});
+  v.integer(
+      {"vtk_every",
+       "every n-th frame, write VTK files of cubes with strain and stress (.vtu), of the real surface and "
+       "of particles (.vtp), and one that ParaView plays (.pvd); 0: never"},
+      o.vtk_every, {"", 0, 1000000});
+  v.integer({"usd_every", "put every n-th frame into a USD file (.usda) of all that is seen; 0: none"},
+            o.usd_every, {"", 0, 1000000});
 }
 
 template <class T>

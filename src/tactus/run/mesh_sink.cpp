@@ -1,10 +1,10 @@
 #include "tactus/run/mesh_sink.h"
 
 #include <cstdio>
+#include <filesystem>
 
 #include "tactus/fluid/liquid_mesh.h"
 #include "tactus/io/mesh/mesh_file.h"
-#include "tactus/io/vtk_file.h"
 
 namespace tactus {
 namespace {
@@ -31,12 +31,24 @@ void MeshSink::frame(RunFrame& frame) {
               liquid_mesh(snapshot->liquid_m, static_cast<float>(scene_.fluid->spacing_m)));
 }
 
-void StrainSink::frame(RunFrame& frame) {
+/// @returns the path of its file.
+std::string VtkSink::add(const RunFrame& frame, const std::string& part, const char* extension) {
+  const std::string path = stem_ + "-" + part + numbered(frame.images.tick, extension);
+  files_.push_back({frame.images.time_s, part, std::filesystem::path(path).filename().string()});
+  return path;
+}
+
+void VtkSink::frame(RunFrame& frame) {
   if (!is_due(frame, every_)) return;
   ExecContext& ctx = frame.world.context();
   for (const auto& body : frame.world.bodies())
-    write_vtk(stem_ + "-" + body->name() + numbered(frame.images.tick, ".vtk"), body->shape().lattice,
+    write_vtu(add(frame, body->name(), ".vtu"), body->shape().lattice, body->shape().elements,
               body->positions_m(ctx), body->velocities_m_s(ctx), body->strains(ctx));
+  const std::shared_ptr<const FrameSnapshot> seen = frame.snapshot();
+  if (!seen->real.triangles.empty()) write_vtp(add(frame, "real", ".vtp"), seen->real);
+  if (frame.world.liquid() != nullptr)
+    write_vtp(add(frame, "liquid", ".vtp"), {.positions_m = seen->liquid_m, .normals = {}, .triangles = {}});
+  write_pvd(stem_ + ".pvd", files_);
 }
 
 }  // namespace tactus

@@ -1,5 +1,6 @@
 #pragma once
 /// Files of single frames.
+#include "tactus/io/vtk_file.h"
 #include "tactus/run/frame_sink.h"
 
 namespace tactus {
@@ -17,17 +18,21 @@ class MeshSink final : public FrameSink {
   std::string stem_;
 };
 
-/// Every so many frames (`output.vtk_every`) positions, velocities and strains of each body's nodes:
-/// STEM-BODY-00012.vtk.
-class StrainSink final : public FrameSink {
+/// Every so many frames (`output.vtk_every`) for ParaView: positions, velocities and strains of each body's
+/// nodes in STEM-BODY-00012.vtu, STEM-real-00012.vtp and STEM-liquid-00012.vtp, and STEM.pvd, which plays all
+/// frames so far.
+class VtkSink final : public FrameSink {
  public:
-  StrainSink(int every, const std::string& stem) : every_(every), stem_(stem) {}
+  VtkSink(int every, const std::string& stem) : every_(every), stem_(stem) {}
   /// @throws Error when a file can't be written.
   void frame(RunFrame& frame) override;
 
  private:
+  std::string add(const RunFrame& frame, const std::string& part, const char* extension);
+
   int every_;
   std::string stem_;
+  std::vector<TimedFile> files_;
 };
 
 }  // namespace tactus

@@ -382,6 +382,7 @@ struct OutputDescription {
   bool trace = false;
   int mesh_every = 0;  ///< frames from one set of PLY files to the next; 0: none
   int vtk_every = 0;   ///< frames from one set of VTK files to the next; 0: none
+  int usd_every = 0;   ///< frames from one time code of the USD file to the next; 0: none
 };
 
 struct Scene {
