@@ -12,15 +12,6 @@
 namespace tactus {
 namespace {
 
-/// The recording or live rig that replaces a scene's own source.
-SourceDescription source_of_file(const std::string& path) {
-  SourceDescription source;
-  source.path = path;
-  if (!std::filesystem::exists(path)) throw Error("--source '" + path + "': no such file");
-  source.kind = is_recording(path) ? SourceKind::recording : SourceKind::live;
-  return source;
-}
-
 /// Refuses options that need cameras where the scene has no source of images.
 void check_filmed(const RunOptions& options, const Scene& scene) {
   if (scene.source.kind != SourceKind::none) return;
@@ -79,9 +70,17 @@ void add_web_flags(CLI::App& command, RunOptions& options) {
 
 }  // namespace
 
+SourceDescription source_of_file(const std::string& path, const std::string& flag) {
+  SourceDescription source;
+  source.path = path;
+  if (!std::filesystem::exists(path)) throw Error(flag + "'" + path + "': no such file");
+  source.kind = is_recording(path) ? SourceKind::recording : SourceKind::live;
+  return source;
+}
+
 Scene scene_of(const RunOptions& options) {
   Scene scene = read_scene(options.scene_path);
-  if (!options.source_path.empty()) scene.source = source_of_file(options.source_path);
+  if (!options.source_path.empty()) scene.source = source_of_file(options.source_path, "--source ");
   scene.source.plain = options.plain;
   if (scene.source.kind == SourceKind::live && !options.restart_path.empty())
     throw usage_error("--restart '" + options.restart_path +

@@ -32,6 +32,8 @@ void add_run_flags(CLI::App& command, RunOptions& options);
 Scene scene_of(const RunOptions& options);
 /// @param settings "NAME=VALUE". @throws usage Error naming the one that is none, or that can't be set.
 void set_parameters(SceneParameters& parameters, const std::vector<std::string>& settings);
+/// The recording or live rig that replaces a scene's own source. @param flag before the message
+SourceDescription source_of_file(const std::string& path, const std::string& flag);
 /// "11ms" or "0.011s" in seconds; 0 for "". @throws usage Error naming the flag.
 double parse_budget_s(const std::string& text);
 

@@ -120,7 +120,7 @@ GlPictureTarget::GlPictureTarget(GLsizei width_px, GLsizei height_px, GLsizei sa
   check_complete(resolved.get(), what);
 }
 
-GLuint GlShownImage::upload(const ColorImage& image) {
+void GlShownImage::upload(const ColorImage& image) {
   if (image.width_px != width_px_ || image.height_px != height_px_) {
     width_px_ = image.width_px;
     height_px_ = image.height_px;
@@ -136,7 +136,6 @@ GLuint GlShownImage::upload(const ColorImage& image) {
   glTextureSubImage2D(texture_.get(), 0, 0, 0, width_px_, height_px_, GL_RGB, GL_UNSIGNED_BYTE,
                       image.pixels.data());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  return framebuffer_.get();
 }
 
 }  // namespace tactus

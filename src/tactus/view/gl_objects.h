@@ -85,8 +85,9 @@ struct GlPictureTarget {
 /// An image of the host in a framebuffer, to be copied from.
 class GlShownImage {
  public:
-  /// Returns the framebuffer. Its first row is the image's.
-  GLuint upload(const ColorImage& image);
+  void upload(const ColorImage& image);
+  /// Its first row is the image's.
+  GLuint framebuffer() const { return framebuffer_.get(); }
 
  private:
   GlTexture texture_;

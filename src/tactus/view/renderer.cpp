@@ -84,6 +84,12 @@ struct LineSlot {
   }
 };
 
+GLuint drawn_framebuffer() {
+  GLint name = 0;
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &name);
+  return static_cast<GLuint>(name);
+}
+
 }  // namespace
 
 struct Renderer::Impl {
@@ -344,17 +350,12 @@ struct Renderer::Impl {
     find_labels(scene, camera, layout);
   }
 
+  /// Into the caller's framebuffer.
   void show(GLuint framebuffer) {
     const Index w = options.width_px, h = options.height_px;
-    GLuint from = gl->picture.resolved.get();
-    if (smooth) {
-      read_back(jagged);
-      smooth_edges(jagged, smoothed);
-      from = gl->shown.upload(smoothed);
-    }
     // An image's rows go down, OpenGL's go up.
-    glBlitNamedFramebuffer(from, framebuffer, 0, 0, w, h, 0, smooth ? h : 0, w, smooth ? 0 : h,
-                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBlitNamedFramebuffer(smooth ? gl->shown.framebuffer() : gl->picture.resolved.get(), framebuffer, 0, 0,
+                           w, h, 0, smooth ? h : 0, w, smooth ? 0 : h, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   }
 
@@ -410,10 +411,19 @@ void Renderer::render(const ViewScene& scene, const ViewCamera& camera, ColorIma
 
 void Renderer::draw(const ViewScene& scene, const ViewCamera& camera) {
   const Impl::Entered current = impl_->enter();
-  GLint framebuffer = 0;
-  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
+  const GLuint framebuffer = drawn_framebuffer();
   impl_->paint(scene, camera);
-  impl_->show(static_cast<GLuint>(framebuffer));
+  if (impl_->smooth) {
+    impl_->read_back(impl_->jagged);
+    smooth_edges(impl_->jagged, impl_->smoothed);
+    impl_->gl->shown.upload(impl_->smoothed);
+  }
+  impl_->show(framebuffer);
+}
+
+void Renderer::draw_again() {
+  const Impl::Entered current = impl_->enter();
+  impl_->show(drawn_framebuffer());
 }
 
 const std::vector<PlacedLabel>& Renderer::labels() const { return impl_->labels; }

@@ -50,6 +50,8 @@ class Renderer {
   void render(const ViewScene& scene, const ViewCamera& camera, ColorImage& image);
   /// The same picture, without its labels, into the current draw framebuffer. Labels are in labels().
   void draw(const ViewScene& scene, const ViewCamera& camera);
+  /// The last picture again, into the framebuffer that is current now.
+  void draw_again();
   /// Those of the last picture.
   const std::vector<PlacedLabel>& labels() const;
   /// Changes the size of the next pictures. @throws Error for a size out of range.

@@ -1,0 +1,76 @@
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include "tactus/base/error.h"
+#include "tactus/cli/commands.h"
+#include "tactus/cli/interrupt.h"
+#include "tactus/cli/viewed_scene.h"
+#include "tactus/window/window.h"
+
+namespace tactus {
+namespace {
+
+struct ViewFlags {
+  std::string path, source_path, devices = "auto", size = "1280x720", tool = "auto";
+  bool plain = false, pause = false, no_panels = false;
+};
+
+/// A window is gone as soon as it is closed, even where a frame takes long.
+constexpr double kMostWait_s = 0.25;
+
+Vec2i parse_size(const std::string& text) {
+  int width = 0, height = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 320 || height < 200 ||
+      width > 8192 || height > 8192)
+    throw usage_error("--size '" + text + "': expected pixels as 1280x720, 320x200 to 8192x8192");
+  return {width, height};
+}
+
+void view(const ViewFlags& flags) {
+  WindowOptions options;
+  options.size_px = parse_size(flags.size);
+  options.shows_panels = !flags.no_panels;
+  options.should_close = interrupted;
+  options.name = std::filesystem::path(flags.path).stem().string();
+  if (const std::string missing = window_missing(); !missing.empty())
+    throw Error("this build has no windows: " + missing + ", then build again");
+  ViewedScene viewed = viewed_scene(flags.path, flags.source_path, flags.tool);
+  viewed.scene.source.plain = flags.plain;
+  LiveRun run(std::move(viewed.scene), {.named = flags.path, .devices = flags.devices, .tool = viewed.tool});
+  run.control().set_paused(flags.pause);
+  show_window(run, options);
+  if (run.stop(kMostWait_s)) return;
+  std::fflush(nullptr);
+  std::_Exit(interrupted() ? 130 : 0);
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& app) {
+  auto flags = std::make_shared<ViewFlags>();
+  CLI::App* command = app.add_subcommand(
+      "view", "Open a window on a running scene, a recording or a rig: orbit, pause, touch");
+  command->add_option("file", flags->path, "scene, recording (tactus run --record) or rig file")->required();
+  add_devices(*command, flags->devices);
+  command->add_option("--source", flags->source_path,
+                      "a recording, or the rig file of live cameras, instead of the scene's source");
+  command->add_flag("--plain", flags->plain, "live cameras without keys, on this computer alone");
+  command->add_option("--size", flags->size, "of the window in pixels")->capture_default_str();
+  command
+      ->add_option(
+          "--tool", flags->tool,
+          "obstacle with 'held: true' that the mouse holds; auto: the scene's first, or a ball; none")
+      ->capture_default_str();
+  command->add_flag("--pause", flags->pause, "begin with the first frame, paused");
+  command->add_flag("--no-panels", flags->no_panels, "the picture alone; tab shows the panels");
+  command->footer(
+      "Examples:\n  tactus view scenes/demo.yaml\n  tactus view touch.rec          # a recording: what its "
+      "cameras "
+      "saw\n  tactus view scenes/demo.yaml --source touch.rec\nKeys: h in the window shows them; "
+      "docs/live_view.md");
+  command->callback([flags] { view(*flags); });
+}
+
+}  // namespace tactus

@@ -1,0 +1,125 @@
+#include "tactus/cli/viewed_scene.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "tactus/base/error.h"
+#include "tactus/cli/run_flags.h"
+#include "tactus/io/body_assets.h"
+#include "tactus/io/scene_file.h"
+#include "tactus/rig/rig_file.h"
+#include "tactus/rig/wire/recording_file.h"
+#include "tactus/sim/body/body_shape.h"
+
+namespace tactus {
+namespace {
+
+/// Rig files have their cameras at the left margin, scenes don't.
+bool is_rig_file(const std::string& path) {
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("cameras:")) return true;
+  return false;
+}
+
+SourceDescription source_of_rig(const std::string& path) {
+  const RigFile rig = read_rig_file(path);
+  const auto all = [](const std::vector<std::string>& files) {
+    return !files.empty() &&
+           std::none_of(files.begin(), files.end(), [](const auto& f) { return f.empty(); });
+  };
+  SourceDescription source;
+  source.path = path;
+  source.kind = all(rig.masks) ? SourceKind::masks : all(rig.videos) ? SourceKind::videos : SourceKind::live;
+  return source;
+}
+
+/// Nobody films these, or a figure is filmed that moves for ever.
+void go_on_without_end(SourceDescription& source) {
+  if (source.kind == SourceKind::none || source.kind == SourceKind::synthetic)
+    source.frames.last = source.frames.first + 1'000'000'000 - 1;  // a year; sources take no more
+}
+
+/// In the body's own coordinates.
+Box3f bounds_of(const BodyDescription& body, const BodyAssets& assets) {
+  const auto half = 0.5F * vec_cast<float>(body.shape.size_m);
+  const auto r = static_cast<float>(body.shape.radius_m);
+  if (body.shape.kind == ShapeKind::box) return {-half, half};
+  if (body.shape.kind == ShapeKind::sphere) return {{-r, -r, -r}, {r, r, r}};
+  if (body.shape.kind == ShapeKind::mesh) return bounds(assets.meshes.at(body.name));
+  Box3f box = bounds(make_body_shape(body, assets).surface_m);
+  for (Vec3f* corner : {&box.min, &box.max})
+    *corner = vec_cast<float>(body.placement.to_body(vec_cast<double>(*corner)));
+  return {min(box.min, box.max), max(box.min, box.max)};
+}
+
+Box3f world_bounds(const Scene& scene) {
+  const BodyAssets assets = load_body_assets(scene);
+  constexpr float kFar = 1e30F;
+  Box3f all{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+  for (const BodyDescription& body : scene.bodies) {
+    const Box3f box = bounds_of(body, assets);
+    for (int i = 0; i < 8; ++i) {
+      const Vec3d corner{i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                         i & 4 ? box.max.z : box.min.z};
+      const auto p = vec_cast<float>(body.placement.to_world(corner));
+      all = {min(all.min, p), max(all.max, p)};
+    }
+  }
+  return all;
+}
+
+/// A ball above the near edge of the bodies, clear of them.
+std::string add_ball(Scene& scene) {
+  const Box3f box = world_bounds(scene);
+  const float size_m = length(box.extent());
+  ObstacleSetting& ball = scene.obstacles.emplace_back();
+  ball.name = "ball of the mouse";
+  ball.kind = ObstacleShape::sphere;
+  ball.radius_m = static_cast<double>(0.05F * size_m);
+  ball.held = true;
+  ball.placement.position_m = vec_cast<double>(Vec3f{box.center().x, box.max.y + 0.1F * size_m, box.max.z});
+  return ball.name;
+}
+
+std::string choose_tool(Scene& scene, const std::string& asked) {
+  if (asked == "none") return "";
+  std::vector<std::string> held;
+  for (const ObstacleSetting& o : scene.obstacles)
+    if (o.held) held.push_back(o.name);
+  if (asked != "auto") {
+    if (std::find(held.begin(), held.end(), asked) != held.end()) return asked;
+    throw usage_error("--tool '" + asked + "': the scene has no obstacle of this name with 'held: true'" +
+                      suggestion(asked, held) + "; auto takes the first, or adds a ball");
+  }
+  if (!held.empty()) return held.front();
+  const bool touches = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                   [](const BodyDescription& b) { return b.contact; });
+  return touches ? add_ball(scene) : "";
+}
+
+}  // namespace
+
+ViewedScene viewed_scene(const std::string& path, const std::string& source_path, const std::string& tool) {
+  if (!std::filesystem::exists(path)) throw Error("'" + path + "': no such file");
+  ViewedScene viewed;
+  Scene& scene = viewed.scene;
+  if (is_recording(path) || is_rig_file(path)) {
+    if (!source_path.empty())
+      throw usage_error("--source '" + source_path + "' replaces the source of a scene, but '" + path +
+                        "' is " + (is_recording(path) ? "a recording" : "a rig file"));
+    scene.name = std::filesystem::path(path).stem().string();
+    scene.source = is_recording(path) ? source_of_file(path, "") : source_of_rig(path);
+  } else {
+    scene = read_scene(path);
+  }
+  if (!source_path.empty())
+    scene.source = source_of_file(source_path, "--source ");
+  else
+    go_on_without_end(scene.source);
+  viewed.tool = choose_tool(scene, tool);
+  return viewed;
+}
+
+}  // namespace tactus

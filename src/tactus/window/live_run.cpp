@@ -1,0 +1,86 @@
+#include "tactus/window/live_run.h"
+
+#include "tactus/io/body_assets.h"
+#include "tactus/run/frame_loop.h"
+#include "tactus/run/scene_source.h"
+
+namespace tactus {
+
+LiveRun::LiveRun(Scene scene, Options options) : scene_(std::move(scene)), options_(std::move(options)) {}
+
+LiveRun::~LiveRun() {
+  control_.stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void LiveRun::start(std::function<void()> on_news) {
+  on_news_ = std::move(on_news);
+  thread_ = std::thread([this] { work(); });
+}
+
+bool LiveRun::stop(double wait_s) {
+  control_.stop();
+  if (!thread_.joinable()) return true;
+  std::unique_lock lock(mutex_);
+  return ended_.wait_for(lock, std::chrono::duration<double>(wait_s), [this] { return has_ended_; });
+}
+
+LiveRun::State LiveRun::state() const {
+  const std::lock_guard lock(mutex_);
+  return state_;
+}
+
+void LiveRun::set_state(State state) {
+  {
+    const std::lock_guard lock(mutex_);
+    state_ = state;
+  }
+  if (on_news_) on_news_();
+}
+
+void LiveRun::rethrow_failure() {
+  const std::lock_guard lock(mutex_);
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+void LiveRun::work() noexcept {
+  try {
+    DeviceSet devices(options_.devices);
+    while (run_once(devices) == RunControl::Turn::restart) {
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+    state_ = State::failed;
+  }
+  const std::lock_guard lock(mutex_);
+  has_ended_ = true;
+  ended_.notify_all();
+  if (on_news_) on_news_();
+}
+
+RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
+  set_state(State::building);
+  control_.begin();
+  const std::unique_ptr<FrameSource> source = open_scene_source(scene_, options_.named);
+  const BodyAssets assets = load_body_assets(scene_);
+  const auto perception = make_perception(devices, scene_, source->rig(), assets);
+  World world(devices, scene_, assets, perception.get());
+  auto view = std::make_unique<SceneView>(scene_, source->rig(), assets, world);
+  if (scene_.view.show_models) view->show_models(element_triangles(world));
+  frame_.take();
+  view_.put(std::move(view));
+  set_state(State::running);
+  ViewSink sink(scene_, world, control_, frame_, on_news_,
+                {.tool = options_.tool,
+                 .keeps_pace = scene_.source.kind != SourceKind::live,
+                 .wears_photographs = scene_.view.photographs > 0});
+  FrameLoop loop(*source, world, {.should_stop = [&sink] { return !sink.may_go_on(); }});
+  loop.add(sink);
+  loop.run();
+  if (sink.turn() != RunControl::Turn::go) return sink.turn();
+  set_state(State::ended);
+  return control_.wait_for_restart();
+}
+
+}  // namespace tactus

@@ -1,0 +1,69 @@
+#pragma once
+/// A scene that runs on a thread of its own while somebody looks.
+#include <exception>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "tactus/run/scene_view.h"
+#include "tactus/window/view_sink.h"
+
+namespace tactus {
+
+/// Owns the physics' thread, and on it source, perception and world. A restart makes them anew.
+///
+///   LiveRun run(scene, {.named = "scenes/demo.yaml", .devices = "auto"});
+///   run.start([] { glfwPostEmptyEvent(); });
+///   per picture: if (auto view = run.take_view()) ...; if (auto frame = run.take_frame()) ...
+class LiveRun {
+ public:
+  enum class State : std::uint8_t { building, running, ended, failed };
+  struct Options {
+    std::string named = "scene";  ///< before messages: the scene's file
+    std::string devices = "auto";
+    std::string tool;  ///< name of a held obstacle that follows the mouse; "": none
+  };
+  LiveRun(Scene scene, Options options);
+  /// Stops and waits for the frame that runs.
+  ~LiveRun();
+  LiveRun(const LiveRun&) = delete;
+  LiveRun& operator=(const LiveRun&) = delete;
+
+  /// @param on_news called on the physics' thread whenever there is something to take
+  void start(std::function<void()> on_news);
+  /// Asks the physics to end. @returns whether it has ended within so many seconds.
+  bool stop(double wait_s);
+
+  RunControl& control() { return control_; }
+  const Scene& scene() const { return scene_; }
+  const std::string& tool() const { return options_.tool; }
+  State state() const;
+  /// After each start and restart, before its first frame: the caller's own from then on.
+  std::unique_ptr<SceneView> take_view() { return view_.take(); }
+  /// The newest frame since the last call, or nullptr.
+  std::shared_ptr<const ViewedFrame> take_frame() { return frame_.take(); }
+  /// @throws the exception that ended the physics; nothing where none did.
+  void rethrow_failure();
+
+ private:
+  void work() noexcept;
+  /// From start to stop or restart.
+  RunControl::Turn run_once(DeviceSet& devices);
+  void set_state(State state);
+
+  const Scene scene_;
+  const Options options_;
+  RunControl control_;
+  NewestOne<std::unique_ptr<SceneView>> view_;
+  NewestOne<std::shared_ptr<const ViewedFrame>> frame_;
+  std::function<void()> on_news_;
+  mutable std::mutex mutex_;
+  std::condition_variable ended_;
+  State state_ = State::building;
+  bool has_ended_ = false;
+  std::exception_ptr failure_;
+  std::thread thread_;
+};
+
+}  // namespace tactus

@@ -1,0 +1,158 @@
+#include "tactus/window/panel_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace tactus {
+namespace {
+
+constexpr std::size_t kMostStages = 14;
+constexpr double kPaceOver_s = 1;
+
+std::string with_unit(double value, const std::string& unit) {
+  return short_number(value) + (unit.empty() ? "" : " " + unit);
+}
+
+std::string state_text(LiveRun::State state, bool is_paused, double pace) {
+  if (state == LiveRun::State::building) return "building the scene ...";
+  if (state == LiveRun::State::ended) return "the source has ended: r starts again";
+  if (state == LiveRun::State::failed) return "failed";
+  if (is_paused) return "paused: space goes on, . makes one step";
+  if (pace <= 0) return "running";
+  return pace > 0.97 && pace < 1.03 ? "running in real time"
+                                    : "running at " + short_number(pace) + " of real time";
+}
+
+const char* state_word(LiveRun::State state, bool is_paused) {
+  switch (state) {
+    case LiveRun::State::building:
+      return "building";
+    case LiveRun::State::ended:
+      return "ended";
+    case LiveRun::State::failed:
+      return "failed";
+    case LiveRun::State::running:
+      break;
+  }
+  return is_paused ? "paused" : "running";
+}
+
+/// The stages that take most, in the order of the frame.
+std::vector<PanelModel::Stage> stage_bars(std::vector<StageTime> stages) {
+  std::vector<double> p50;
+  for (const StageTime& s : stages) p50.push_back(s.p50_ms);
+  std::sort(p50.begin(), p50.end(), std::greater<>());
+  const double least_ms = p50.size() > kMostStages ? p50[kMostStages - 1] : 0;
+  double longest_ms = 1e-6;
+  for (const StageTime& s : stages) longest_ms = std::max(longest_ms, s.p99_ms);
+  // A whole frame stands before its parts.
+  std::stable_partition(stages.begin(), stages.end(), [](const StageTime& s) { return s.name == "frame"; });
+  std::vector<PanelModel::Stage> bars;
+  for (const StageTime& s : stages) {
+    if (s.p50_ms < least_ms || bars.size() == kMostStages) continue;
+    bars.push_back({s.name, short_number(s.p50_ms) + " / " + short_number(s.p99_ms),
+                    static_cast<float>(s.p50_ms / longest_ms), static_cast<float>(s.p99_ms / longest_ms),
+                    static_cast<float>(s.p50_ms)});
+  }
+  return bars;
+}
+
+/// Scaled to its own range; a curve that stays is in the middle.
+PanelModel::Curve curve_of(const RunHistory::Curve& from) {
+  const auto [low, high] = std::minmax_element(from.values.begin(), from.values.end());
+  const float range = *high - *low;
+  PanelModel::Curve curve{
+      from.name,
+      with_unit(static_cast<double>(from.values.back()), from.unit),
+      short_number(static_cast<double>(*low)) + " to " + short_number(static_cast<double>(*high)),
+      {}};
+  for (const float v : from.values) curve.heights.push_back(range > 0 ? (v - *low) / range : 0.5F);
+  return curve;
+}
+
+}  // namespace
+
+std::string short_number(double value) {
+  char text[32];
+  const double size = std::abs(value);
+  if (size == 0) return "0";
+  if (size >= 1e5 || size < 5e-4)
+    std::snprintf(text, sizeof text, "%.1e", value);
+  else
+    std::snprintf(text, sizeof text, "%.*f",
+                  size >= 99.95    ? 0
+                  : size >= 9.995  ? 1
+                  : size >= 0.0995 ? 2
+                                   : 3,
+                  value);
+  return text;
+}
+
+std::vector<HelpLine> help_lines(bool has_tool) {
+  std::vector<HelpLine> lines{{"left drag", "orbit"},
+                              {"right or middle drag", "pan"},
+                              {"wheel", "nearer, farther"},
+                              {"space", "pause, go on"},
+                              {".", "one frame, then pause"},
+                              {"r", "start again"},
+                              {"c", "contacts as arrows"},
+                              {"v", "the scene's own view"},
+                              {"tab", "panels"},
+                              {"h", "this help"},
+                              {"q", "close"}};
+  if (has_tool) {
+    lines.insert(lines.begin() + 3, {"shift + wheel", "tool away, towards you"});
+    lines.insert(lines.begin() + 3, {"shift + left drag", "hold the tool"});
+  }
+  return lines;
+}
+
+void RunHistory::clear() {
+  newest_.reset();
+  curves_.clear();
+  times_.clear();
+}
+
+void RunHistory::add(std::shared_ptr<const ViewedFrame> frame) {
+  for (const ViewedValue& v : frame->values) {
+    auto curve =
+        std::find_if(curves_.begin(), curves_.end(), [&](const Curve& c) { return c.name == v.name; });
+    if (curve == curves_.end()) curve = curves_.insert(curve, {v.name, v.unit, {}});
+    if (curve->values.size() == kMostSamples) curve->values.erase(curve->values.begin());
+    curve->values.push_back(std::isfinite(v.value) ? static_cast<float>(v.value) : 0);
+  }
+  times_.emplace_back(frame->time_s, frame->shown_at_s);
+  while (times_.back().second - times_.front().second > kPaceOver_s) times_.erase(times_.begin());
+  newest_ = std::move(frame);
+}
+
+double RunHistory::pace() const {
+  if (times_.size() < 3) return 0;
+  const double shown_s = times_.back().second - times_.front().second;
+  return shown_s > 0.3 * kPaceOver_s ? (times_.back().first - times_.front().first) / shown_s : 0;
+}
+
+PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
+                       bool is_paused) {
+  PanelModel model;
+  model.state = state_text(state, is_paused, history.pace());
+  model.title = "tactus: " + name + ", " + state_word(state, is_paused);
+  const ViewedFrame* frame = history.newest();
+  if (frame == nullptr) return model;
+  char text[96];
+  std::snprintf(text, sizeof text, "%.2f s, frame %d", frame->time_s, frame->number);
+  model.clock = text;
+  model.title += ", frame " + std::to_string(frame->number);
+  if (frame->latency_ms > 0) model.clock += ", " + short_number(frame->latency_ms) + " ms after its images";
+  if (frame->tool_force_N) model.tool = "on the tool: " + with_unit(*frame->tool_force_N, "N");
+  float longest_N = 0;
+  for (const ContactArrow& c : frame->contacts) longest_N = std::max(longest_N, length(c.force_N));
+  if (longest_N > 0) model.arrows = "longest arrow: " + with_unit(static_cast<double>(longest_N), "N");
+  model.stages = stage_bars(frame->stages);
+  for (const RunHistory::Curve& curve : history.curves()) model.curves.push_back(curve_of(curve));
+  model.notices = frame->notices;
+  return model;
+}
+
+}  // namespace tactus

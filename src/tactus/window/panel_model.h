@@ -1,0 +1,69 @@
+#pragma once
+/// All text and numbers of the window's panels, as plain data: tests read it without a window.
+#include <string>
+#include <vector>
+
+#include "tactus/window/live_run.h"
+
+namespace tactus {
+
+struct PanelModel {
+  struct Stage {
+    std::string name, text;  ///< "3.1 / 4.0"
+    float p50 = 0, p99 = 0;  ///< of the longest bar, 0..1
+    float p50_ms = 0;
+  };
+  struct Curve {
+    std::string name, now, range;  ///< "0.84 N"; "0 to 2.1"
+    std::vector<float> heights;    ///< 0..1, the newest last
+  };
+  std::string title;   ///< of the window
+  std::string state;   ///< "running at 0.8 of real time"
+  std::string clock;   ///< "4.27 s, frame 128"
+  std::string tool;    ///< "tool: 0.84 N"; "": none
+  std::string arrows;  ///< what the longest arrow is worth; "": no contacts
+  std::vector<Stage> stages;
+  std::vector<Curve> curves;
+  std::vector<std::string> notices;
+};
+
+/// Key and action, as `h` shows them.
+struct HelpLine {
+  const char* key;
+  const char* action;
+};
+/// @param has_tool something follows the mouse
+std::vector<HelpLine> help_lines(bool has_tool);
+
+/// "0.84", "12.3", "1230": three digits that count.
+std::string short_number(double value);
+
+/// What was seen so far.
+class RunHistory {
+ public:
+  /// About 20 s at 30 frames a second.
+  static constexpr std::size_t kMostSamples = 600;
+  /// A new run begins.
+  void clear();
+  void add(std::shared_ptr<const ViewedFrame> frame);
+  const ViewedFrame* newest() const { return newest_.get(); }
+  /// Seconds of the source per second, over the last second; 0: unknown.
+  double pace() const;
+
+  struct Curve {
+    std::string name, unit;
+    std::vector<float> values;
+  };
+  const std::vector<Curve>& curves() const { return curves_; }
+
+ private:
+  std::shared_ptr<const ViewedFrame> newest_;
+  std::vector<Curve> curves_;
+  std::vector<std::pair<double, double>> times_;  ///< of the source, and when it was shown
+};
+
+/// @param name of the scene
+PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
+                       bool is_paused);
+
+}  // namespace tactus

@@ -1,0 +1,212 @@
+#include "tactus/window/panels.h"
+
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+namespace tactus {
+namespace {
+
+/// Okabe and Ito's: told apart without red and green.
+constexpr ImU32 kBlue = IM_COL32(86, 180, 233, 255), kOrange = IM_COL32(230, 159, 0, 255);
+constexpr ImU32 kVermilion = IM_COL32(213, 94, 0, 255), kFaint = IM_COL32(255, 255, 255, 40);
+constexpr float kText_px = 15, kPanel_px = 320, kMargin_px = 10;
+/// Shorter arrows, of the longest, would be all head.
+constexpr float kLeastArrow = 0.15F;
+constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
+                                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
+
+void text(const std::string& line) { ImGui::TextUnformatted(line.c_str()); }
+
+void text_at_right(const std::string& line) {
+  const float width = ImGui::CalcTextSize(line.c_str()).x;
+  ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::GetStyle().WindowPadding.x - width);
+  text(line);
+}
+
+/// p50 as a bar, from there to p99 as a thinner one.
+void draw_stage(const PanelModel::Stage& stage) {
+  text(stage.name);
+  text_at_right(stage.text);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, height = 0.4F * ImGui::GetFontSize();
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  const auto bar = [&](float from, float to, float thickness, ImU32 color) {
+    const float y = at.y + 0.5F * height * (1 - thickness);
+    list->AddRectFilled({at.x + from * width, y}, {at.x + to * width, y + thickness * height}, color);
+  };
+  bar(0, 1, 1, kFaint);
+  bar(stage.p50, stage.p99, 0.5F, kOrange);
+  bar(0, std::max(stage.p50, 2 / width), 1, kBlue);
+  ImGui::Dummy({width, height});
+}
+
+void draw_curve(const PanelModel::Curve& curve) {
+  text(curve.name + "  " + curve.now);
+  text_at_right(curve.range);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, height = 2 * ImGui::GetFontSize();
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  list->AddRectFilled(at, {at.x + width, at.y + height}, kFaint);
+  std::vector<ImVec2> points;
+  const auto steps = static_cast<float>(std::max<std::size_t>(curve.heights.size(), 2) - 1);
+  for (std::size_t i = 0; i < curve.heights.size(); ++i) {
+    const float along = static_cast<float>(i) / steps;
+    points.emplace_back(at.x + along * width, at.y + height * (0.95F - 0.9F * curve.heights[i]));
+  }
+  list->AddPolyline(points.data(), static_cast<int>(points.size()), kBlue, 0, 1.5F);
+  ImGui::Dummy({width, height});
+}
+
+ImU32 color_of(Vec3f c, float alpha) { return ImGui::ColorConvertFloat4ToU32({c.x, c.y, c.z, alpha}); }
+
+}  // namespace
+
+Panels::Panels(GLFWwindow* window) {
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;  // leaves no file behind
+  ImGui_ImplGlfw_InitForOpenGL(window, true);
+  ImGui_ImplOpenGL3_Init("#version 450 core");
+}
+
+Panels::~Panels() {
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+}
+
+void Panels::load_font(float scale) {
+  ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+  fonts.Clear();
+  if (std::filesystem::exists(kFont)) {
+    fonts.AddFontFromFileTTF(kFont, std::round(kText_px * scale));
+  } else {
+    ImFontConfig config;
+    config.SizePixels = 13 * std::round(scale);  // a font of pixels
+    fonts.AddFontDefault(&config);
+  }
+  ImGui_ImplOpenGL3_DestroyFontsTexture();
+  ImGui::GetStyle() = ImGuiStyle();
+  ImGui::StyleColorsDark();
+  ImGuiStyle& style = ImGui::GetStyle();
+  style.WindowRounding = 4;
+  style.WindowBorderSize = 0;
+  style.FrameRounding = 3;
+  style.Colors[ImGuiCol_WindowBg] = {0.10F, 0.11F, 0.13F, 0.86F};
+  style.ScaleAllSizes(scale);
+}
+
+void Panels::begin(float scale) {
+  if (scale != scale_) load_font(scale);
+  scale_ = scale;
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+}
+
+void Panels::end() {
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+bool Panels::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
+bool Panels::wants_text() const { return ImGui::GetIO().WantTextInput; }
+
+PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
+  PanelRequests requests;
+  const float margin = kMargin_px * scale_, width = kPanel_px * scale_;
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const ImVec2 low{width, 0}, high{width, size.y - 2 * margin};
+  ImGui::SetNextWindowPos({margin, margin});
+  ImGui::SetNextWindowSizeConstraints(low, high);
+  if (ImGui::Begin("run", nullptr, kFixed)) {
+    text(model.state);
+    text(model.clock);
+    requests.toggle_pause = ImGui::Button(is_paused ? "Go on" : "Pause");
+    ImGui::SameLine();
+    requests.step = ImGui::Button("One step");
+    ImGui::SameLine();
+    requests.restart = ImGui::Button("Restart");
+    text_at_right("h: help");
+    if (!model.stages.empty()) {
+      ImGui::Separator();
+      ImGui::TextDisabled("stages");
+      text_at_right("p50 / p99 ms");
+      for (const PanelModel::Stage& stage : model.stages) draw_stage(stage);
+    }
+  }
+  ImGui::End();
+  ImGui::SetNextWindowPos({size.x - margin, margin}, 0, {1, 0});
+  ImGui::SetNextWindowSizeConstraints(low, high);
+  if (!model.curves.empty() && ImGui::Begin("curves", nullptr, kFixed)) {
+    for (const PanelModel::Curve& curve : model.curves) draw_curve(curve);
+    if (!model.tool.empty()) text(model.tool);
+    if (!model.arrows.empty()) text(model.arrows);
+    for (const std::string& notice : model.notices) {
+      ImGui::Separator();
+      ImGui::PushTextWrapPos(width - ImGui::GetStyle().WindowPadding.x);
+      text(notice);
+      ImGui::PopTextWrapPos();
+    }
+  }
+  if (!model.curves.empty()) ImGui::End();
+  return requests;
+}
+
+void Panels::draw_help(bool has_tool) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, 0, {0.5F, 0.5F});
+  if (ImGui::Begin("help", nullptr, kFixed)) {
+    for (const HelpLine& line : help_lines(has_tool)) {
+      ImGui::TextUnformatted(line.key);
+      ImGui::SameLine(12 * ImGui::GetFontSize());
+      ImGui::TextUnformatted(line.action);
+    }
+  }
+  ImGui::End();
+}
+
+void Panels::draw_message(const std::string& line) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, 0, {0.5F, 0.5F});
+  if (ImGui::Begin("message", nullptr, kFixed)) text(line);
+  ImGui::End();
+}
+
+void Panels::draw_labels(const std::vector<PlacedLabel>& labels) {
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
+  for (const PlacedLabel& label : labels)
+    list->AddText({static_cast<float>(label.x_px), static_cast<float>(label.y_px)}, color_of(label.color, 1),
+                  label.text.c_str());
+}
+
+void Panels::draw_arrows(const std::vector<ContactArrow>& contacts, const ViewCamera& camera,
+                         float longest_m) {
+  float longest_N = 0;
+  for (const ContactArrow& c : contacts) longest_N = std::max(longest_N, length(c.force_N));
+  if (longest_N <= 0) return;
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
+  for (const ContactArrow& c : contacts) {
+    if (length(c.force_N) < kLeastArrow * longest_N) continue;
+    // It ends where it pushes: an arrow into the body would be out of sight.
+    const auto from = project(camera, c.at_m - (longest_m / longest_N) * c.force_N, {display.x, display.y});
+    const auto to = project(camera, c.at_m, {display.x, display.y});
+    if (!from || !to) continue;
+    const Vec3f way = normalized(Vec3f{to->x - from->x, to->y - from->y, 0}, {0, 1, 0});
+    const float head = 6 * scale_;
+    const ImVec2 tip{to->x, to->y}, base{to->x - head * way.x, to->y - head * way.y};
+    list->AddLine({from->x, from->y}, base, kVermilion, scale_);
+    list->AddTriangleFilled(tip, {base.x - 0.5F * head * way.y, base.y + 0.5F * head * way.x},
+                            {base.x + 0.5F * head * way.y, base.y - 0.5F * head * way.x}, kVermilion);
+  }
+}
+
+}  // namespace tactus

@@ -1,0 +1,45 @@
+#pragma once
+/// Pause, single steps, restart and the held tool of a run that somebody looks at.
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+
+#include "tactus/base/vec.h"
+
+namespace tactus {
+
+/// Carries requests from the thread of the window to the thread of the physics. Thread-safe.
+class RunControl {
+ public:
+  enum class Turn : std::uint8_t { go, restart, stop };
+
+  void set_paused(bool paused);
+  void toggle_pause();
+  /// Pauses, and lets one frame run.
+  void step();
+  void restart();
+  /// The physics ends after its frame. Nothing takes it back.
+  void stop();
+  bool is_paused() const;
+  /// The tool goes there, as fast as it may.
+  void move_tool(Vec3d to_m);
+
+  // For the physics' thread.
+  /// Waits until the next frame may run: not before `earliest_s` (on the clock of now_s()), and not while it
+  /// is paused. The first frame after a start runs anyway: without it there is nothing to see.
+  Turn wait_for_turn(double earliest_s);
+  /// Waits for restart() or stop(): the source has ended.
+  Turn wait_for_restart();
+  std::optional<Vec3d> tool_target_m() const;
+  /// A run begins anew.
+  void begin();
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool is_paused_ = false, restarts_ = false, stops_ = false, is_first_ = true;
+  int steps_due_ = 0;
+  std::optional<Vec3d> tool_target_m_;
+};
+
+}  // namespace tactus

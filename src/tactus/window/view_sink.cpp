@@ -1,0 +1,143 @@
+#include "tactus/window/view_sink.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactus {
+namespace {
+
+/// A run that is later than this doesn't catch up.
+constexpr double kLatest_s = 0.2;
+/// Percentiles sort thousands of times.
+constexpr double kStagesEvery_s = 0.5;
+constexpr std::size_t kMostArrows = 200, kMostNotices = 6;
+
+double millilitres(Index particles, const LiquidDescription& liquid) {
+  return 1e6 * particles * liquid.spacing_m * liquid.spacing_m * liquid.spacing_m;
+}
+
+}  // namespace
+
+ViewSink::ViewSink(const Scene& scene, World& world, RunControl& control,
+                   NewestOne<std::shared_ptr<const ViewedFrame>>& newest, std::function<void()> on_news,
+                   Options options)
+    : scene_(scene),
+      world_(world),
+      control_(control),
+      newest_(newest),
+      on_news_(std::move(on_news)),
+      options_(std::move(options)),
+      frame_s_(scene.frame.dt_s.value_or(1 / scene.source.fps.value_or(30))) {
+  for (const BodyDescription& body : scene.bodies) world.report_contacts(body.name);
+}
+
+bool ViewSink::may_go_on() {
+  double earliest_s = 0;
+  if (has_begun_ && options_.keeps_pace) {
+    const double due_s = begin_s_ + (last_time_s_ - begin_time_s_);
+    if (now_s() - due_s > kLatest_s) {  // too slow, or it was paused: the pace begins here
+      begin_s_ = now_s();
+      begin_time_s_ = last_time_s_;
+    }
+    earliest_s = begin_s_ + (last_time_s_ - begin_time_s_);
+  }
+  turn_ = control_.wait_for_turn(earliest_s);
+  if (turn_ != RunControl::Turn::go) return false;
+  move_tool();
+  return true;
+}
+
+void ViewSink::move_tool() {
+  const std::optional<Vec3d> target_m = control_.tool_target_m();
+  if (options_.tool.empty() || !target_m) return;
+  Rigidd T = world_.pose(options_.tool);
+  const Vec3d step_m = *target_m - T.t;
+  const double most_m = options_.tool_speed_m_s * frame_s_, wanted_m = length(step_m);
+  T.t = wanted_m > most_m ? T.t + (most_m / wanted_m) * step_m : *target_m;
+  world_.set_pose(options_.tool, T);
+}
+
+void ViewSink::frame(RunFrame& frame) {
+  if (!has_begun_) {
+    begin_s_ = now_s();
+    begin_time_s_ = frame.images.time_s;
+    has_begun_ = true;
+  }
+  last_time_s_ = frame.images.time_s;
+  if (frame.report.dt_s > 0) frame_s_ = frame.report.dt_s;
+  // A frame that would replace another unseen isn't copied; when it is paused, the last one is seen.
+  if (newest_.is_empty() || control_.is_paused()) hand_over(frame);
+}
+
+void ViewSink::hand_over(RunFrame& frame) {
+  auto shown = std::make_shared<ViewedFrame>();
+  shown->snapshot = frame.snapshot();
+  if (options_.wears_photographs) shown->photos = frame.images.colors;
+  shown->number = frame.number;
+  shown->time_s = frame.images.time_s;
+  shown->shown_at_s = now_s();
+  shown->substeps = frame.report.substeps;
+  shown->frame_ms = 1e3 * (shown->shown_at_s - frame.taken_at_s);
+  if (frame.is_new && frame.images.captured_s > 0)
+    shown->latency_ms = 1e3 * (shown->shown_at_s - frame.images.captured_s);
+  const Timings& timings = world_.timings();
+  if (shown->shown_at_s - staged_s_ > kStagesEvery_s) {
+    staged_s_ = shown->shown_at_s;
+    stages_.clear();
+    for (const std::string& stage : timings.stages())
+      stages_.push_back({stage, timings.percentile_ms(stage, 50), timings.percentile_ms(stage, 99)});
+  }
+  shown->stages = stages_;
+  add_values(frame, *shown);
+  add_contacts(frame, *shown);
+  const std::vector<Notice>& notices = frame.notices.notices();
+  for (std::size_t i = notices.size() - std::min(notices.size(), kMostNotices); i < notices.size(); ++i)
+    shown->notices.push_back(notices[i].text + (notices[i].remedy.empty() ? "" : "; " + notices[i].remedy));
+  newest_.put(std::move(shown));
+  if (on_news_) on_news_();
+}
+
+void ViewSink::add_values(const RunFrame& frame, ViewedFrame& shown) {
+  shown.values.push_back({"frame", "ms", shown.frame_ms});
+  double touch_N = 0, tool_N = 0;
+  for (const BodyContact& c : frame.report.contacts) {
+    const auto force_N = static_cast<double>(length(c.reaction.force_N));
+    touch_N += force_N;
+    if (c.component == options_.tool) tool_N += force_N;
+  }
+  if (!scene_.bodies.empty()) shown.values.push_back({"contact", "N", touch_N});
+  if (!options_.tool.empty()) {
+    shown.tool_m = world_.pose(options_.tool).t;
+    shown.tool_force_N = tool_N;
+  }
+  const std::vector<BodyMonitors> monitors = world_.monitors();
+  double elastic_J = 0, kinetic_J = 0, least_J = 1;
+  for (const BodyMonitors& m : monitors) {
+    elastic_J += m.elastic_J;
+    kinetic_J += m.kinetic_J;
+    least_J = std::min(least_J, m.min_J);
+  }
+  if (!monitors.empty()) {
+    if (elastic_J > 0) shown.values.push_back({"elastic energy", "mJ", 1e3 * elastic_J});
+    shown.values.push_back({"kinetic energy", "mJ", 1e3 * kinetic_J});
+    shown.values.push_back({"smallest J", "", least_J});
+  }
+  if (scene_.fluid)
+    shown.values.push_back({"liquid", "ml", millilitres(frame.report.liquid.here, *scene_.fluid)});
+  double cut_cm2 = 0;
+  for (const CutScore& cut : world_.cuts()) cut_cm2 += 1e4 * cut.area_m2;
+  if (!scene_.blades.empty()) shown.values.push_back({"cut", "cm2", cut_cm2});
+}
+
+void ViewSink::add_contacts(const RunFrame& frame, ViewedFrame& shown) {
+  if (!(frame.report.dt_s > 0)) return;
+  const auto per_s = static_cast<float>(1 / frame.report.dt_s);
+  for (const BodyDescription& body : scene_.bodies) {
+    for (const BodyPointContact& c : world_.contacts(body.name)) {
+      if (c.point < 0 || shown.contacts.size() >= kMostArrows) continue;
+      shown.contacts.push_back({c.point_m, per_s * c.impulse_N_s});
+    }
+  }
+}
+
+}  // namespace tactus

@@ -1,0 +1,77 @@
+#pragma once
+/// Hands frames of a FrameLoop to a window.
+#include <memory>
+#include <mutex>
+
+#include "tactus/run/frame_sink.h"
+#include "tactus/run/scene_view.h"
+#include "tactus/window/run_control.h"
+#include "tactus/window/viewed_frame.h"
+
+namespace tactus {
+
+/// A place for one thing, between two threads: the newest replaces one that nobody took.
+template <class T>
+class NewestOne {
+ public:
+  void put(T thing) {
+    const std::lock_guard lock(mutex_);
+    thing_ = std::move(thing);
+  }
+  /// An empty T where nothing came since the last call.
+  T take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(thing_, T{});
+  }
+  bool is_empty() const {
+    const std::lock_guard lock(mutex_);
+    return !thing_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  T thing_{};
+};
+
+/// On the physics' thread: copies a frame for the window when it has taken the last one, keeps the pace of
+/// time, moves the held tool. may_go_on() is the loop's `should_stop`, negated.
+class ViewSink final : public FrameSink {
+ public:
+  struct Options {
+    std::string tool;             ///< name of a held obstacle; "": none
+    double tool_speed_m_s = 0.5;  ///< a hand's; faster, it would go through what it should push
+    bool keeps_pace = true;       ///< one second of the source takes one; live sources keep it themselves
+    bool wears_photographs = false;
+  };
+  /// @param on_news called after each frame that was handed over, on the physics' thread. Keeps references.
+  ViewSink(const Scene& scene, World& world, RunControl& control,
+           NewestOne<std::shared_ptr<const ViewedFrame>>& newest, std::function<void()> on_news,
+           Options options);
+
+  /// Waits for the turn of the next frame; false: the loop ends.
+  bool may_go_on();
+  /// Why it did.
+  RunControl::Turn turn() const { return turn_; }
+  void frame(RunFrame& frame) override;
+
+ private:
+  void move_tool();
+  void hand_over(RunFrame& frame);
+  void add_values(const RunFrame& frame, ViewedFrame& shown);
+  void add_contacts(const RunFrame& frame, ViewedFrame& shown);
+
+  const Scene& scene_;
+  World& world_;
+  RunControl& control_;
+  NewestOne<std::shared_ptr<const ViewedFrame>>& newest_;
+  std::function<void()> on_news_;
+  Options options_;
+  RunControl::Turn turn_ = RunControl::Turn::go;
+  double frame_s_;                                           ///< simulated per frame
+  double begin_s_ = 0, begin_time_s_ = 0, last_time_s_ = 0;  ///< of the pace
+  bool has_begun_ = false;
+  std::vector<StageTime> stages_;
+  double staged_s_ = 0;  ///< when they were looked at
+};
+
+}  // namespace tactus

@@ -1,0 +1,171 @@
+#include "tactus/window/window.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tactus/base/error.h"
+#include "tactus/window/glfw_window.h"
+#include "tactus/window/panels.h"
+
+namespace tactus {
+namespace {
+
+/// Panels follow the mouse for so many pictures after the last input.
+constexpr int kPicturesAfterInput = 3;
+constexpr double kSoon_s = 1.0 / 60, kLater_s = 0.2;
+
+/// Text grows on large screens that don't tell how dense they are.
+float text_scale(float content_scale, Vec2i size_px) {
+  const float by_size = std::round(4.F * static_cast<float>(size_px.y) / 1080.F) / 4.F;
+  return std::max({1.F, content_scale, by_size});
+}
+
+class ViewWindow {
+ public:
+  ViewWindow(LiveRun& run, const WindowOptions& options)
+      : run_(run),
+        options_(options),
+        window_("tactus: " + options.name, options.size_px),
+        panels_(window_.get()),
+        renderer_(
+            {.width_px = options.size_px.x, .height_px = options.size_px.y, .in_current_context = true}),
+        shows_panels_(options.shows_panels) {}
+
+  void show() {
+    run_.start(GlfwWindow::wake);
+    while (!window_.is_closed() && !closes_ && !(options_.should_close && options_.should_close())) {
+      const WindowInput input = window_.wait(pictures_due_ > 0 ? kSoon_s : kLater_s, panels_.wants_mouse());
+      if (run_.state() == LiveRun::State::failed) run_.rethrow_failure();
+      pictures_due_ = input.is_empty ? std::max(0, pictures_due_ - 1) : kPicturesAfterInput;
+      take_news();
+      follow(input);
+      draw();
+    }
+  }
+
+ private:
+  void take_news() {
+    if (auto view = run_.take_view()) {
+      view_ = std::move(view);
+      if (!has_camera_) camera_ = view_->camera();
+      has_camera_ = true;
+      has_picture_ = false;
+      history_.clear();
+    }
+    if (auto frame = run_.take_frame(); frame && view_) {
+      view_->show(*frame->snapshot, frame->photos);
+      has_picture_ = is_drawn_ = false;
+      has_picture_ = true;
+      history_.add(std::move(frame));
+    }
+  }
+
+  void follow(const WindowInput& input) {
+    const Vec2i size = window_.framebuffer_px();
+    const auto height = static_cast<float>(std::max(size.y, 1));
+    const bool moves = input.orbited_px.x != 0 || input.orbited_px.y != 0 || input.panned_px.x != 0 ||
+                       input.panned_px.y != 0 || input.wheel != 0;
+    if (moves) {
+      orbit(camera_, input.orbited_px, height);
+      pan(camera_, input.panned_px, height);
+      zoom(camera_, input.wheel);
+      is_drawn_ = false;
+    }
+    if (input.pressed_tab) shows_panels_ = !shows_panels_;
+    if (!panels_.wants_text())
+      for (const unsigned code : input.typed) type(code);
+    hold_tool(input);
+  }
+
+  void type(unsigned code) {
+    if (code == ' ') run_.control().toggle_pause();
+    if (code == '.') run_.control().step();
+    if (code == 'r') run_.control().restart();
+    if (code == 'h') shows_help_ = !shows_help_;
+    if (code == 'c') shows_contacts_ = !shows_contacts_;
+    if (code == 'q') closes_ = true;
+    if (code == 'v' && view_) {
+      camera_ = view_->camera();
+      is_drawn_ = false;
+    }
+  }
+
+  /// In the plane through the tool that faces the camera; the wheel moves that plane.
+  void hold_tool(const WindowInput& input) {
+    const ViewedFrame* frame = history_.newest();
+    if (frame == nullptr || !frame->tool_m || !(input.moves_tool || input.tool_wheel != 0)) return;
+    const std::optional<Vec3d> asked = run_.control().tool_target_m();
+    const auto from_m = vec_cast<float>(asked.value_or(*frame->tool_m));
+    const Vec2i size = window_.framebuffer_px();
+    const PicturePoint size_px{static_cast<float>(size.x), static_cast<float>(size.y)};
+    const float depth = depth_m(camera_, from_m) * std::pow(1.02F, input.tool_wheel);
+    const std::optional<PicturePoint> at = project(camera_, from_m, size_px);
+    if (!at) return;
+    run_.control().move_tool(
+        vec_cast<double>(point_under(camera_, input.moves_tool ? input.mouse_px : *at, size_px, depth)));
+  }
+
+  void draw() {
+    const Vec2i size = window_.framebuffer_px();
+    if (size.x < 16 || size.y < 16) return;  // it is minimised
+    if (size.x != drawn_px_.x || size.y != drawn_px_.y) {
+      renderer_.resize(std::min(size.x, 8192), std::min(size.y, 8192));
+      drawn_px_ = size;
+      is_drawn_ = false;
+    }
+    if (has_picture_ && is_drawn_)
+      renderer_.draw_again();
+    else if (has_picture_)
+      renderer_.draw(view_->scene(), camera_);
+    else
+      renderer_.draw(ViewScene{.ground = false}, ViewCamera{});
+    is_drawn_ = has_picture_;
+    draw_panels(size);
+    window_.show_picture();
+  }
+
+  void draw_panels(Vec2i size) {
+    RunControl& control = run_.control();
+    const bool is_paused = control.is_paused();
+    const PanelModel model = panel_model(options_.name, history_, run_.state(), is_paused);
+    window_.set_title(model.title);
+    panels_.begin(text_scale(window_.content_scale(), size));
+    if (has_picture_) {
+      panels_.draw_labels(renderer_.labels());
+      if (shows_contacts_)
+        panels_.draw_arrows(history_.newest()->contacts, camera_, 0.12F * camera_.distance_m);
+    } else {
+      panels_.draw_message(model.state);
+    }
+    if (shows_panels_) {
+      const PanelRequests requests = panels_.draw(model, is_paused);
+      if (requests.toggle_pause) control.toggle_pause();
+      if (requests.step) control.step();
+      if (requests.restart) control.restart();
+    }
+    if (shows_help_) panels_.draw_help(!run_.tool().empty());
+    panels_.end();
+  }
+
+  LiveRun& run_;
+  const WindowOptions& options_;
+  GlfwWindow window_;
+  Panels panels_;
+  Renderer renderer_;
+  std::unique_ptr<SceneView> view_;
+  RunHistory history_;
+  ViewCamera camera_;
+  Vec2i drawn_px_{};
+  bool shows_panels_, shows_help_ = false, shows_contacts_ = true, closes_ = false;
+  bool has_camera_ = false, has_picture_ = false;
+  bool is_drawn_ = false;  ///< the renderer's picture is of this frame and camera
+  int pictures_due_ = 0;
+};
+
+}  // namespace
+
+std::string window_missing() { return ""; }
+
+void show_window(LiveRun& run, const WindowOptions& options) { ViewWindow(run, options).show(); }
+
+}  // namespace tactus
