@@ -121,23 +121,19 @@ TEST(StreamMessage, SurfacesComeBackToHalfAStep) {
     }
 }
 
-TEST(StreamMessage, ManyVerticesHaveWideIndicesAndSameTrianglesAreLeftOut) {
+TEST(StreamMessage, ManyVerticesHaveWideIndices) {
   TriangleMesh large;
   large.positions_m.resize(70000);
   large.positions_m.back() = {1, 2, 3};
   large.triangles = {{0, 1, 69999}};
   StreamMessage message(StreamKind::frame, 1, 0, 0);
   message.add_surface({BlockRole::body, "large"}, large);
-  message.add_surface({BlockRole::body, "large"}, large, true);
   const std::string bytes = message.take();
   const Message m = read(bytes);
   EXPECT_EQ(m.blocks[0].flags, kWideIndices);
   std::uint32_t corner = 0;
   std::memcpy(&corner, m.blocks[0].data.data() + 8 * 70000 + 8, 4);
   EXPECT_EQ(corner, 69999U);
-  EXPECT_EQ(m.blocks[1].flags, kWideIndices | kSameTriangles);
-  EXPECT_EQ(m.blocks[1].triangles, 0U);
-  EXPECT_EQ(m.blocks[1].data.size(), 8U * 70000U);
 }
 
 TEST(StreamMessage, NumbersThatAreNoneHarmNothingElse) {

@@ -85,15 +85,21 @@ void run(const RunOptions& options) {
   }
   const std::unique_ptr<WebSink> web =
       open_web_sink(options, scene, source->rig(), assets, world, devices.name());
+  const std::unique_ptr<ReplaySink> replay =
+      open_replay_sink(options, scene, source->rig(), assets, devices.name());
   FrameLoop loop(*source, world, {.most_frames = options.frames, .should_stop = [&web] {
                                     return web ? web->wait_for_turn(interrupted) : interrupted();
                                   }});
   loop.go_on_from(progress);
   sinks.progress.emplace(isatty(STDERR_FILENO) != 0 && log_level() == LogLevel::info);
   sinks.add_to(loop);
+  if (replay) loop.add(*replay);
   if (web) loop.add(*web);
   loop.run();
   if (recorder != nullptr) recorder->finish();
+  if (replay)
+    log_info("report: " + options.report_path + ", " + std::to_string(replay->frames()) + " frames, " +
+             bytes_text(static_cast<double>(replay->bytes())));
   if (web) web->stay(interrupted);
   finish_run(options, scene, *source, world, loop, sinks, stem, devices.name());
 }

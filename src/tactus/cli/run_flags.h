@@ -23,6 +23,7 @@ struct RunOptions {
   std::vector<std::string> contacts;            ///< bodies whose contacts are reported point by point
   bool shows_web = false;                       ///< to browsers, while it runs
   std::string web, web_token, web_certificate;  ///< ADDR:PORT; files
+  std::string report_path;                      ///< HTML
   bool web_control = false;                     ///< browsers may pause, step, set parameters and hold tools
   std::vector<std::string> parameters;          ///< "NAME=VALUE": of the scene, from its first frame on
 };

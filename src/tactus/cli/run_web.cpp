@@ -57,4 +57,11 @@ std::unique_ptr<WebSink> open_web_sink(const RunOptions& options, const Scene& s
   return sink;
 }
 
+std::unique_ptr<ReplaySink> open_replay_sink(const RunOptions& options, const Scene& scene, const Rig& rig,
+                                             const BodyAssets& assets, const std::string& devices) {
+  if (options.report_path.empty()) return nullptr;
+  return std::make_unique<ReplaySink>(StreamScene(scene, rig, assets, run_facts(devices)),
+                                      options.report_path);
+}
+
 }  // namespace tactus

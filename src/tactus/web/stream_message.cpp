@@ -44,7 +44,7 @@ StreamMessage::StreamMessage(StreamKind kind, std::uint32_t frame, double time_s
   put_bytes(bytes_, captured_unix_s);
 }
 
-StreamMessage::Cube StreamMessage::cube_of(std::span<const Vec3f> positions_m) {
+StreamGrid StreamGrid::around(std::span<const Vec3f> positions_m) {
   constexpr float kFar = 1e30F;
   Box3f box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
   for (const Vec3f p : positions_m)
@@ -55,7 +55,7 @@ StreamMessage::Cube StreamMessage::cube_of(std::span<const Vec3f> positions_m) {
 }
 
 std::size_t StreamMessage::begin_block(BlockKind kind, const BlockStyle& style, std::size_t count,
-                                       std::size_t triangles, std::uint32_t flags, const Cube& cube) {
+                                       std::size_t triangles, std::uint32_t flags, const StreamGrid& grid) {
   set_bytes(bytes_, 12, ++blocks_);
   put_bytes(bytes_, kind);
   put_bytes(bytes_, style.role);
@@ -67,7 +67,7 @@ std::size_t StreamMessage::begin_block(BlockKind kind, const BlockStyle& style, 
   for (const float share : {style.color.x, style.color.y, style.color.z, style.opacity})
     put_bytes(bytes_, byte_of(share));
   put_bytes(bytes_, flags);
-  for (const float x : {cube.origin_m.x, cube.origin_m.y, cube.origin_m.z, cube.step_m}) put_bytes(bytes_, x);
+  for (const float x : {grid.origin_m.x, grid.origin_m.y, grid.origin_m.z, grid.step_m}) put_bytes(bytes_, x);
   bytes_.append(style.name);
   pad();
   return size_at;
@@ -81,65 +81,74 @@ void StreamMessage::end_block(std::size_t size_at) {
 
 void StreamMessage::pad() { bytes_.resize((bytes_.size() + 3) / 4 * 4, '\0'); }
 
-void StreamMessage::put_vertices(std::span<const Vec3f> positions_m, std::span<const Vec3f> normals,
-                                 const Cube& cube) {
-  const std::size_t at = bytes_.size();
-  bytes_.resize(at + 8 * positions_m.size());
-  char* to = bytes_.data() + at;
-  const float steps_per_m = 1 / cube.step_m;
-  for (std::size_t i = 0; i < positions_m.size(); ++i, to += 8) {
+void put_vertices(std::string& to, std::span<const Vec3f> positions_m, std::span<const Vec3f> normals,
+                  const StreamGrid& grid) {
+  const std::size_t begin = to.size();
+  to.resize(begin + 8 * positions_m.size());
+  char* at = to.data() + begin;
+  const float steps_per_m = 1 / grid.step_m;
+  for (std::size_t i = 0; i < positions_m.size(); ++i, at += 8) {
     std::uint16_t q[3] = {0, 0, 0};
     if (is_finite(positions_m[i])) {
-      const Vec3f s = steps_per_m * (positions_m[i] - cube.origin_m);
+      const Vec3f s = steps_per_m * (positions_m[i] - grid.origin_m);
       for (int a = 0; a < 3; ++a) q[a] = static_cast<std::uint16_t>(std::clamp(s[a] + 0.5F, 0.F, kSteps));
     }
-    std::memcpy(to, q, sizeof q);
-    const std::array<std::int8_t, 2> n =
-        normals.empty() ? std::array<std::int8_t, 2>{} : octahedral(normals[i]);
-    std::memcpy(to + 6, n.data(), 2);
+    std::memcpy(at, q, sizeof q);
+    if (normals.empty()) continue;
+    const std::array<std::int8_t, 2> n = octahedral(normals[i]);
+    std::memcpy(at + 6, n.data(), 2);
   }
 }
 
-void StreamMessage::add_surface(const BlockStyle& style, const TriangleMesh& mesh, bool same_triangles) {
-  const bool wide = mesh.positions_m.size() > 65536;
-  const bool has_normals = mesh.normals.size() == mesh.positions_m.size();
-  const std::uint32_t flags =
-      (wide ? kWideIndices : 0U) | (has_normals ? kHasNormals : 0U) | (same_triangles ? kSameTriangles : 0U);
-  const Cube cube = cube_of(mesh.positions_m);
-  const std::size_t triangles = same_triangles ? 0 : mesh.triangles.size();
-  const std::size_t block =
-      begin_block(BlockKind::surface, style, mesh.positions_m.size(), triangles, flags, cube);
-  put_vertices(mesh.positions_m,
-               has_normals ? std::span<const Vec3f>(mesh.normals) : std::span<const Vec3f>(), cube);
+void StreamMessage::put_triangles(std::span<const std::array<Index, 3>> triangles, bool wide) {
+  const std::size_t bytes = wide ? 4 : 2;
   std::size_t at = bytes_.size();
-  bytes_.resize(at + triangles * 3 * (wide ? 4 : 2));
-  for (std::size_t t = 0; t < triangles; ++t)
-    for (const Index corner : mesh.triangles[t]) {
-      if (wide) {
+  bytes_.resize(at + 3 * bytes * triangles.size());
+  for (const std::array<Index, 3>& triangle : triangles)
+    for (const Index corner : triangle) {
+      if (wide)
         set_bytes(bytes_, at, static_cast<std::uint32_t>(corner));
-        at += 4;
-      } else {
+      else
         set_bytes(bytes_, at, static_cast<std::uint16_t>(corner));
-        at += 2;
-      }
+      at += bytes;
     }
+}
+
+void StreamMessage::add_packed(BlockKind kind, const BlockStyle& style, std::size_t count,
+                               std::size_t triangles, std::string_view packed, const StreamGrid& grid,
+                               std::uint32_t flags) {
+  const std::size_t block = begin_block(kind, style, count, triangles, flags, grid);
+  bytes_.append(packed);
+  end_block(block);
+}
+
+void StreamMessage::add_surface(const BlockStyle& style, const TriangleMesh& mesh) {
+  const bool wide = mesh.positions_m.size() > 65536,
+             has_normals = mesh.normals.size() == mesh.positions_m.size();
+  const StreamGrid grid = StreamGrid::around(mesh.positions_m);
+  const std::size_t block =
+      begin_block(BlockKind::surface, style, mesh.positions_m.size(), mesh.triangles.size(),
+                  (wide ? kWideIndices : 0U) | (has_normals ? kHasNormals : 0U), grid);
+  put_vertices(bytes_, mesh.positions_m,
+               has_normals ? std::span<const Vec3f>(mesh.normals) : std::span<const Vec3f>(), grid);
+  put_triangles(mesh.triangles, wide);
   end_block(block);
 }
 
 void StreamMessage::add_particles(const BlockStyle& style, std::span<const Vec3f> positions_m) {
-  const Cube cube = cube_of(positions_m);
+  const StreamGrid grid = StreamGrid::around(positions_m);
   const auto finite = std::count_if(positions_m.begin(), positions_m.end(), is_finite);
   const std::size_t block =
-      begin_block(BlockKind::particles, style, static_cast<std::size_t>(finite), 0, 0, cube);
+      begin_block(BlockKind::particles, style, static_cast<std::size_t>(finite), 0, 0, grid);
   for (std::size_t i = 0; i < positions_m.size(); ++i)
-    if (is_finite(positions_m[i])) put_vertices(positions_m.subspan(i, 1), {}, cube);
+    if (is_finite(positions_m[i])) put_vertices(bytes_, positions_m.subspan(i, 1), {}, grid);
   end_block(block);
 }
 
 void StreamMessage::add_lines(const BlockStyle& style, std::span<const Vec3f> points_m) {
-  const Cube cube = cube_of(points_m);
-  const std::size_t block = begin_block(BlockKind::lines, style, points_m.size(), 0, 0, cube);
-  put_vertices(points_m, {}, cube);
+  const StreamGrid grid = StreamGrid::around(points_m);
+  const std::size_t block = begin_block(BlockKind::lines, style, points_m.size(), 0, 0, grid);
+  put_vertices(bytes_, points_m, {}, grid);
   end_block(block);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 /// Messages of the web stream as bytes. docs/web.md has the format.
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -13,7 +14,7 @@ inline constexpr std::string_view kStreamMagic = "TCTW";
 inline constexpr std::uint32_t kStreamVersion = 1;
 inline constexpr std::size_t kStreamHeadBytes = 40, kBlockHeadBytes = 48;
 
-enum class StreamKind : std::uint32_t { setting = 1, frame = 2 };
+enum class StreamKind : std::uint32_t { setting = 1, frame = 2, summary = 3 };
 enum class BlockKind : std::uint32_t { surface = 1, particles = 2, lines = 3, json = 4 };
 enum class BlockRole : std::uint32_t {
   other = 0,
@@ -30,6 +31,8 @@ enum class BlockRole : std::uint32_t {
 };
 /// Bits of a block's flags.
 inline constexpr std::uint32_t kWideIndices = 1, kHasNormals = 2, kSameTriangles = 4;
+/// The same, in reports only (replay_bytes.h).
+inline constexpr std::uint32_t kPacked = 8, kDifference = 16;
 
 struct BlockStyle {
   BlockRole role = BlockRole::other;
@@ -38,8 +41,21 @@ struct BlockStyle {
   float opacity = 1;
 };
 
+/// Where the 16-bit steps of a block begin, and how long they are.
+struct StreamGrid {
+  Vec3f origin_m;
+  float step_m = 1;
+  /// The cube around all that is finite, in 65535 steps.
+  static StreamGrid around(std::span<const Vec3f> positions_m);
+  friend bool operator==(const StreamGrid&, const StreamGrid&) = default;
+};
+
 /// A unit vector as two bytes of an octahedron's map: (x, y) / (|x| + |y| + |z|), folded where z < 0.
 std::array<std::int8_t, 2> octahedral(Vec3f unit);
+
+/// Appends 8 bytes a vertex: three 16-bit steps and a normal. @param normals one a vertex, or none
+void put_vertices(std::string& to, std::span<const Vec3f> positions_m, std::span<const Vec3f> normals,
+                  const StreamGrid& grid);
 
 /// Collects the blocks of one message. Positions are 16-bit steps from the corner of each block's cube.
 class StreamMessage {
@@ -47,8 +63,10 @@ class StreamMessage {
   /// @param time_s simulated or filmed time @param captured_unix_s when the images came, since 1970
   StreamMessage(StreamKind kind, std::uint32_t frame, double time_s, double captured_unix_s);
 
-  /// @param same_triangles those of the block of this name in the message before: they are left out
-  void add_surface(const BlockStyle& style, const TriangleMesh& mesh, bool same_triangles = false);
+  void add_surface(const BlockStyle& style, const TriangleMesh& mesh);
+  /// A block of a report: vertices, then triangles, as packed by replay_bytes.h. @param flags of them
+  void add_packed(BlockKind kind, const BlockStyle& style, std::size_t count, std::size_t triangles,
+                  std::string_view packed, const StreamGrid& grid, std::uint32_t flags);
   /// Particles; those that aren't finite are left out.
   void add_particles(const BlockStyle& style, std::span<const Vec3f> positions_m);
   /// Straight lines between points 0 and 1, 2 and 3, ...
@@ -59,16 +77,11 @@ class StreamMessage {
   std::string take() { return std::move(bytes_); }
 
  private:
-  struct Cube {
-    Vec3f origin_m;
-    float step_m = 1;
-  };
-  static Cube cube_of(std::span<const Vec3f> positions_m);
   /// @returns where the block's size stands, for end_block()
   std::size_t begin_block(BlockKind kind, const BlockStyle& style, std::size_t count, std::size_t triangles,
-                          std::uint32_t flags, const Cube& cube);
+                          std::uint32_t flags, const StreamGrid& grid);
   void end_block(std::size_t size_at);
-  void put_vertices(std::span<const Vec3f> positions_m, std::span<const Vec3f> normals, const Cube& cube);
+  void put_triangles(std::span<const std::array<Index, 3>> triangles, bool wide);
   void pad();
 
   std::string bytes_;

@@ -63,6 +63,27 @@ std::vector<Vec3f> box_lines(const Box3f& box_m) {
   return lines;
 }
 
+void CreaseMemory::split(TriangleMesh& mesh, std::size_t body) {
+  Split& last = splits_[body];
+  if (last.whole != mesh.triangles) {
+    last.whole = mesh.triangles;
+    TriangleMesh parted = mesh;
+    split_creases(parted);
+    last.origin.assign(parted.positions_m.size(), 0);
+    for (std::size_t t = 0; t < parted.triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k)
+        last.origin[static_cast<std::size_t>(parted.triangles[t][k])] = mesh.triangles[t][k];
+    last.parted = std::move(parted.triangles);
+  }
+  TriangleMesh parted;
+  parted.positions_m.reserve(last.origin.size());
+  for (const Index vertex : last.origin)
+    parted.positions_m.push_back(mesh.positions_m[static_cast<std::size_t>(vertex)]);
+  parted.triangles = last.parted;
+  compute_normals(parted);
+  mesh = std::move(parted);
+}
+
 StreamScene::StreamScene(const Scene& scene, const Rig& rig, const BodyAssets& assets, RunFacts facts)
     : name_(scene.name), facts_(std::move(facts)), view_(scene.view), liquid_(scene.fluid) {
   for (const BodyDescription& body : scene.bodies)
@@ -124,13 +145,14 @@ std::string StreamScene::setting(bool control, std::span<const SceneParameter> p
   return message.take();
 }
 
-std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& snapshot) const {
+std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& snapshot,
+                                                        CreaseMemory& creases) const {
   std::vector<Surface> all;
   if (!snapshot.real.triangles.empty()) all.push_back({{BlockRole::real, "real", kClay}, snapshot.real});
   for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
     Surface& body =
         all.emplace_back(Surface{{BlockRole::body, bodies_[b].name, bodies_[b].color}, snapshot.bodies[b]});
-    if (bodies_[b].is_cuttable) split_creases(body.mesh);
+    if (bodies_[b].is_cuttable) creases.split(body.mesh, b);
     smooth_normals(body.mesh, kNormalPasses);
   }
   for (std::size_t o = 0; o < snapshot.obstacles.size(); ++o)
@@ -140,22 +162,26 @@ std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& sna
   return all;
 }
 
-void StreamScene::add_points(const FrameSnapshot& snapshot, StreamMessage& message) const {
-  for (const ToolAxis& tool : snapshot.tools) {
-    const std::array<Vec3f, 2> ends{tool.from_m, tool.to_m};
-    message.add_lines({BlockRole::tool, tool.name, tool_color(tool.state)}, ends);
-  }
-  if (!liquid_) return;
+std::vector<StreamScene::Points> StreamScene::points(const FrameSnapshot& snapshot) const {
+  std::vector<Points> all;
+  for (const ToolAxis& tool : snapshot.tools)
+    all.push_back(
+        {BlockKind::lines, {BlockRole::tool, tool.name, tool_color(tool.state)}, {tool.from_m, tool.to_m}});
+  if (!liquid_) return all;
   const bool is_water = liquid_->looks == LiquidLooks::water;
-  message.add_particles({BlockRole::liquid, is_water ? "water" : "blood", is_water ? kWater : kBlood},
-                        snapshot.liquid_m);
+  all.push_back({BlockKind::particles,
+                 {BlockRole::liquid, is_water ? "water" : "blood", is_water ? kWater : kBlood},
+                 snapshot.liquid_m});
+  return all;
 }
 
-std::string StreamScene::frame(const StreamFrame& frame) const {
+std::string StreamScene::frame(const StreamFrame& frame, CreaseMemory& creases) const {
   StreamMessage message(StreamKind::frame, static_cast<std::uint32_t>(frame.number), frame.time_s,
                         frame.captured_unix_s);
-  for (const Surface& s : surfaces(*frame.snapshot)) message.add_surface(s.style, s.mesh);
-  add_points(*frame.snapshot, message);
+  for (const Surface& s : surfaces(*frame.snapshot, creases)) message.add_surface(s.style, s.mesh);
+  for (const Points& p : points(*frame.snapshot))
+    p.kind == BlockKind::lines ? message.add_lines(p.style, p.positions_m)
+                               : message.add_particles(p.style, p.positions_m);
   if (frame.status) message.add_json({BlockRole::status, "status"}, *frame.status);
   return message.take();
 }

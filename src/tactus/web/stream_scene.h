@@ -1,5 +1,6 @@
 #pragma once
 /// A scene and its frames as messages of the web stream.
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,21 @@ namespace tactus {
 /// Where and by which program a run is made, for its viewers.
 struct RunFacts {
   std::string version, commit, machine, devices;
+};
+
+/// Vertices that a surface has more than once, at its creases. Which ones changes as it deforms; here they
+/// stay until its triangles change, so that a viewer keeps its triangles.
+class CreaseMemory {
+ public:
+  /// Splits a body's surface; its normals become area-weighted ones. @param body its number
+  void split(TriangleMesh& mesh, std::size_t body);
+
+ private:
+  struct Split {
+    std::vector<std::array<Index, 3>> whole, parted;  ///< triangles
+    std::vector<Index> origin;                        ///< of each vertex after the split
+  };
+  std::map<std::size_t, Split> splits_;
 };
 
 /// Contents of one frame's message.
@@ -31,15 +47,22 @@ class StreamScene {
   /// The first message of a stream: what doesn't move, and the facts of the run. @param control whether
   /// viewers may pause, step and hold tools @param parameters that they may change
   std::string setting(bool control, std::span<const SceneParameter> parameters = {}) const;
-  std::string frame(const StreamFrame& frame) const;
+  std::string frame(const StreamFrame& frame, CreaseMemory& creases) const;
   /// Surfaces of a snapshot with the normals of pictures.
   struct Surface {
     BlockStyle style;
     TriangleMesh mesh;
   };
-  std::vector<Surface> surfaces(const FrameSnapshot& snapshot) const;
-  /// Everything of a snapshot that is no surface.
-  void add_points(const FrameSnapshot& snapshot, StreamMessage& message) const;
+  /// @param creases of earlier snapshots of this run: surfaces that weren't cut since keep their vertices
+  std::vector<Surface> surfaces(const FrameSnapshot& snapshot, CreaseMemory& creases) const;
+  /// Lines and particles of a snapshot.
+  struct Points {
+    BlockKind kind;
+    BlockStyle style;
+    std::vector<Vec3f> positions_m;
+  };
+  /// `style` of both holds names of the snapshot and of this.
+  std::vector<Points> points(const FrameSnapshot& snapshot) const;
 
   const std::string& name() const { return name_; }
   const RunFacts& facts() const { return facts_; }

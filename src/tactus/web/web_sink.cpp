@@ -90,7 +90,7 @@ void WebSink::encode() {
       if (closes_) return;
       next.swap(waiting_);
     }
-    server_->publish(std::make_shared<const std::string>(scene_.frame(*next)));
+    server_->publish(std::make_shared<const std::string>(scene_.frame(*next, creases_)));
   }
 }
 

@@ -48,6 +48,7 @@ class WebSink final : public FrameSink {
   static RunControl::Options control_options(const StreamScene& scene, const Options& options, WebSink& self);
 
   StreamScene scene_;
+  CreaseMemory creases_;  ///< of the encoder
   RunStatus status_;
   RunControl control_;
   std::unique_ptr<WebServer> server_;

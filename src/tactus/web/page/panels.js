@@ -40,16 +40,16 @@ export class Panels {
     this.notices(json.notices ?? []);
   }
 
-  // The longest twelve. The frame is all of them; its time is the whole width where nothing is longer.
+  // The longest twelve. The width is twice the frame's median: what is longer ends there.
   stages(stages) {
     const whole = stages.find((s) => s.name === 'frame'), rest = stages.filter((s) => s !== whole);
     rest.sort((a, b) => b.p50_ms - a.p50_ms || a.name.localeCompare(b.name));
     const shown = [...(whole ? [whole] : []), ...rest.slice(0, 11)];
-    const longest = Math.max(1e-3, ...shown.map((s) => s.p99_ms));
+    const width = Math.max(1e-3, 2 * (whole?.p50_ms ?? 0), ...shown.map((s) => s.p50_ms)), percent = (x) => Math.min(100, 100 * x / width);
     $('stages').replaceChildren(...shown.map((s) => {
       const fill = element('div', { class: 'fill' }), mark = element('div', { class: 'mark' });
-      fill.style.width = `${100 * s.p50_ms / longest}%`;
-      mark.style.left = `calc(${100 * s.p99_ms / longest}% - 2px)`;
+      fill.style.width = `${percent(s.p50_ms)}%`;
+      mark.style.left = `calc(${percent(s.p99_ms)}% - 2px)`;
       return element('div', { class: 'stage', title: s.name }, element('span', { class: 'name' }, s.name), element('div', { class: 'track' }, fill, mark),
         element('span', { class: 'ms' }, ms(s.p50_ms)), element('span', { class: 'ms' }, ms(s.p99_ms)));
     }));
@@ -65,11 +65,12 @@ export class Panels {
     $('bodies').replaceChildren(...made);
   }
 
-  // The force over the last 240 statuses.
+  // The force over the last 240 statuses, or what `series` knows.
   curve(name, value) {
     let curve = this.curves.get(name);
     if (!curve) this.curves.set(name, curve = { canvas: element('canvas', { class: 'curve', width: 416, height: 68, 'aria-label': `force on ${name}` }), values: [] });
-    curve.values.push(isFinite(value) ? value : 0);
+    if (this.series) curve.values = this.series(name);
+    else curve.values.push(isFinite(value) ? value : 0);
     if (curve.values.length > 240) curve.values.shift();
     const c = curve.canvas.getContext('2d'), { width, height } = curve.canvas, most = Math.max(1e-6, ...curve.values);
     c.clearRect(0, 0, width, height);

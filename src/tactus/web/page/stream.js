@@ -1,8 +1,8 @@
 // Reads messages of the web stream (docs/web.md).
-export const KIND = { setting: 1, frame: 2 };
+export const KIND = { setting: 1, frame: 2, summary: 3 };
 export const BLOCK = { surface: 1, particles: 2, lines: 3, json: 4 };
 export const ROLE = { other: 0, real: 1, body: 2, obstacle: 3, blade: 4, tool: 5, camera: 6, box: 7, liquid: 8, setting: 9, status: 10 };
-export const FLAG = { wide: 1, normals: 2, sameTriangles: 4 };
+export const FLAG = { wide: 1, normals: 2, sameTriangles: 4, packed: 8, difference: 16 };
 
 const text = new TextDecoder();
 
@@ -25,12 +25,64 @@ export function decode(buffer) {
     const data = at + 48 + Math.ceil(nameBytes / 4) * 4;
     if (block.kind === BLOCK.json) block.json = JSON.parse(text.decode(new Uint8Array(buffer, data, block.count)));
     else if (block.kind <= BLOCK.lines) {
-      block.vertices = new Uint16Array(buffer, data, 4 * block.count);
-      if (block.kind === BLOCK.surface)
+      if (block.flags & FLAG.packed) block.packed = new Uint8Array(buffer, data, 8 * block.count + 12 * block.triangles);
+      else block.vertices = new Uint16Array(buffer, data, 4 * block.count);
+      if (block.kind === BLOCK.surface && !block.packed)
         block.indices = new (block.flags & FLAG.wide ? Uint32Array : Uint16Array)(buffer, data + 8 * block.count, 3 * block.triangles);
     }
     message.blocks.push(block);
     at += size;
   }
   return message;
+}
+
+// Vertices of a report: bytes by their place in a vertex, of twice the difference (that of a negative one is inverted) from the frame before, or
+// else from the vertex before.
+export function unpackVertices(packed, count, before) {
+  const vertices = new Uint16Array(4 * count);
+  for (let w = 0; w < 4; ++w) {
+    const low = 2 * w * count, high = low + count;
+    for (let i = 0, at = w; i < count; ++i, at += 4) {
+      const folded = packed[low + i] | packed[high + i] << 8;
+      const then = before ? (at < before.length ? before[at] : 0) : (i > 0 ? vertices[at - 4] : 0);
+      vertices[at] = then + ((folded >> 1) ^ -(folded & 1));
+    }
+  }
+  return vertices;
+}
+
+// Likewise, corners of triangles: differences from the corner before, in four bytes.
+export function unpackCorners(packed, count) {
+  const corners = new Uint32Array(count);
+  for (let i = 0, last = 0; i < count; ++i) {
+    const folded = packed[i] | packed[count + i] << 8 | packed[2 * count + i] << 16 | packed[3 * count + i] << 24;
+    last = corners[i] = last + ((folded >>> 1) ^ -(folded & 1));
+  }
+  return corners;
+}
+
+// The messages of a report: each behind its length. Differences and triangles that were left out are filled in.
+export function decodeReport(buffer) {
+  const messages = [], v = new DataView(buffer);
+  let before = new Map();
+  for (let at = 0; at < buffer.byteLength;) {
+    const size = v.getUint32(at, true), message = decode(buffer.slice(at + 4, at + 4 + size)), now = new Map();
+    at += 4 + size;
+    messages.push(message);
+    if (message.kind !== KIND.frame) continue;
+    for (const block of message.blocks) {
+      if (!block.packed) continue;
+      let key = `${block.role}/${block.name}`;
+      while (now.has(key)) key += '+';
+      now.set(key, block);
+      const last = before.get(key);
+      block.vertices = unpackVertices(block.packed, block.count, block.flags & FLAG.difference ? last.vertices : null);
+      if (block.flags & FLAG.sameTriangles) block.indices = last.indices;
+      else if (block.kind === BLOCK.surface) block.indices = unpackCorners(block.packed.subarray(8 * block.count), 3 * block.triangles);
+      block.packed = null;
+      block.flags &= ~(FLAG.sameTriangles | FLAG.packed | FLAG.difference);
+    }
+    before = now;
+  }
+  return messages;
 }

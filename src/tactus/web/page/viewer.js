@@ -154,6 +154,8 @@ export class Viewer {
   fillTriangles(thing, block) {
     const { THREE } = this, geometry = thing.object.geometry;
     const old = thing.indices;
+    if (thing.filled === block.indices) return;
+    thing.filled = block.indices;
     if (!old || old.array.length < block.indices.length || old.array.constructor !== block.indices.constructor) {
       const capacity = old ? Math.ceil(block.indices.length * 1.25) : block.indices.length;
       if (old) geometry.dispose();

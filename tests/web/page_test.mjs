@@ -1,0 +1,144 @@
+// The live page and a report in Chromium: node page_test.mjs CHROMIUM LIVE-URL REPORT-URL
+import assert from 'node:assert/strict';
+import { createRequire } from 'node:module';
+import path from 'node:path';
+
+const { chromium } = createRequire(path.join(process.env.TACTUS_NPM, 'x.js'))('playwright-core');
+const [, , program, live, report] = process.argv;
+const [width, height] = [1280, 720];
+
+// Where a block's triangles are, by a pinhole of the scene's own numbers: nothing of three takes part.
+function silhouette(blocks, camera) {
+  const a = camera.azimuth_deg * Math.PI / 180, e = camera.elevation_deg * Math.PI / 180, t = camera.target_m;
+  const back = [Math.sin(a) * Math.cos(e), Math.sin(e), Math.cos(a) * Math.cos(e)];
+  const eye = back.map((x, i) => t[i] + camera.distance_m * x);
+  const right = [Math.cos(a), 0, -Math.sin(a)];
+  const up = [back[1] * right[2] - back[2] * right[1], back[2] * right[0] - back[0] * right[2], back[0] * right[1] - back[1] * right[0]];
+  const f = height / 2 / Math.tan(camera.field_of_view_deg * Math.PI / 360), dot = (p, q) => p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+  const mask = new Uint8Array(width * height);
+  for (const { positions, corners } of blocks) {
+    const pixels = positions.map((p) => {
+      const d = p.map((x, i) => x - eye[i]), z = -dot(d, back);
+      return [width / 2 + f * dot(d, right) / z, height / 2 - f * dot(d, up) / z];
+    });
+    for (let i = 0; i < corners.length; i += 3) {
+      const [p, q, r] = [0, 1, 2].map((k) => pixels[corners[i + k]]);
+      const area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+      if (area === 0) continue;
+      for (let y = Math.max(0, Math.floor(Math.min(p[1], q[1], r[1]))); y <= Math.min(height - 1, Math.max(p[1], q[1], r[1])); ++y)
+        for (let x = Math.max(0, Math.floor(Math.min(p[0], q[0], r[0]))); x <= Math.min(width - 1, Math.max(p[0], q[0], r[0])); ++x) {
+          const [u, v] = [x + 0.5, y + 0.5], side = (m, n) => ((n[0] - m[0]) * (v - m[1]) - (n[1] - m[1]) * (u - m[0])) / area >= 0;
+          if (side(p, q) && side(q, r) && side(r, p)) mask[y * width + x] = 1;
+        }
+    }
+  }
+  return mask;
+}
+
+// In the page: its things alone, white on black, as rows of 0 and 1; and the vertices that it shows.
+function whiteOnBlack() {
+  const { viewer } = window.tactus, { THREE } = viewer, hidden = [], things = [...viewer.things.values()].filter((t) => t.kind === 1 && t.object.visible);
+  viewer.stage.traverse((o) => { if (o.isMesh && !things.some((t) => t.object === o) || o.isLineSegments) { hidden.push([o, o.visible]); o.visible = false; } });
+  const background = viewer.scene.background;
+  viewer.scene.background = new THREE.Color(0);
+  viewer.scene.overrideMaterial = new THREE.MeshBasicMaterial({ color: 0xffffff, side: THREE.DoubleSide });
+  viewer.placeCamera();
+  viewer.renderer.render(viewer.scene, viewer.camera);
+  const gl = viewer.renderer.getContext(), w = gl.drawingBufferWidth, h = gl.drawingBufferHeight, rgba = new Uint8Array(4 * w * h);
+  gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, rgba);
+  const mask = [];
+  for (let y = 0; y < h; ++y) for (let x = 0; x < w; ++x) mask.push(rgba[4 * ((h - 1 - y) * w + x)] > 127 ? 1 : 0);
+  viewer.scene.background = background;
+  viewer.scene.overrideMaterial = null;
+  for (const [o, visible] of hidden) o.visible = visible;
+  viewer.changed = true;
+  const blocks = things.map((t) => ({
+    positions: Array.from({ length: t.block.count }, (_, i) => t.block.origin.map((x, a) => x + t.block.step * t.vertices.array[4 * i + a])),
+    corners: Array.from(t.indices.array.subarray(0, t.corners)),
+  }));
+  return { mask, blocks, w, h };
+}
+
+function iou(a, b) {
+  let both = 0, any = 0;
+  for (let i = 0; i < a.length; ++i) { both += a[i] & b[i]; any += a[i] | b[i]; }
+  return both / any;
+}
+
+const browser = await chromium.launch({ executablePath: program, args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
+const problems = [];
+async function open(options, address) {
+  const context = await browser.newContext({ viewport: { width, height }, ...options }), page = await context.newPage();
+  page.on('pageerror', (e) => problems.push(e.message));
+  page.on('console', (m) => { if (m.type() === 'error') problems.push(m.text()); });
+  page.on('dialog', (d) => { problems.push(`a dialog: ${d.message()}`); d.dismiss(); });
+  page.on('request', (r) => { if (!r.url().startsWith(new URL(address).origin === 'null' ? 'file:' : address) && !/^(blob|data|ws):/.test(r.url())) problems.push(`asked for ${r.url()}`); });
+  await page.goto(address);
+  return page;
+}
+// No text is cut off, and no panel is outside of the window.
+async function assertLegible(page) {
+  const cut = await page.evaluate(() => [...document.querySelectorAll('.panel *, #notices li')].filter((e) => e.children.length === 0 && e.offsetParent && e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).overflow === 'hidden')
+    .map((e) => e.textContent));
+  assert.deepEqual(cut, []);
+  for (const box of await page.evaluate(() => [...document.querySelectorAll('.panel')].filter((e) => e.offsetParent !== null || getComputedStyle(e).position === 'fixed').filter((e) => !e.hidden)
+    .map((e) => e.getBoundingClientRect().toJSON())))
+    assert(box.left >= 0 && box.top >= 0 && box.right <= width && box.bottom <= height, JSON.stringify(box));
+}
+
+try {
+  const page = await open({}, live);
+  await page.waitForFunction(() => (window.tactus?.frames ?? 0) > 3, null, { timeout: 60000 });
+  assert.equal(await page.textContent('#scene'), '<script>alert(1)</script>');
+  await page.waitForFunction(() => document.querySelectorAll('.stage').length > 2);
+  await assertLegible(page);
+
+  const shown = await page.evaluate(whiteOnBlack);
+  assert.deepEqual([shown.w, shown.h], [width, height]);
+  const camera = await page.evaluate(() => window.tactus.setting.camera);
+  const same = iou(shown.mask, silhouette(shown.blocks, camera));
+  console.log(`silhouette of the canvas against a pinhole: IoU ${same.toFixed(4)}`);
+  assert(same >= 0.98, `IoU ${same}`);
+  const filled = shown.mask.reduce((sum, x) => sum + x, 0) / shown.mask.length;
+  assert(filled > 0.02 && filled < 0.9, `${filled} of the picture is filled`);
+
+  // Drag the ball down into the block.
+  const at = await page.evaluate(() => {
+    const t = [...tactus.viewer.things.values()].find((x) => x.name === 'ball'), v = tactus.viewer.camera.position.clone();
+    v.fromArray(t.extent.min.map((x, i) => (x + t.extent.max[i]) / 2)).project(tactus.viewer.camera);
+    return [innerWidth / 2 * (1 + v.x), innerHeight / 2 * (1 - v.y)];
+  });
+  await page.mouse.move(...at);
+  await page.mouse.down();
+  for (let i = 1; i <= 20; ++i) { await page.mouse.move(at[0], at[1] + 4 * i); await page.waitForTimeout(30); }
+  await page.mouse.up();
+  await page.waitForFunction(() => tactus.status.poses.ball.position_m[1] < 0.085, null, { timeout: 20000 });
+
+  // A parameter, pause, step.
+  await page.evaluate(() => { const s = [...document.querySelectorAll('.parameter input')].find((x) => x.ariaLabel === 'contact.friction' || x.getAttribute('aria-label') === 'contact.friction'); s.value = s.max; s.dispatchEvent(new Event('input')); });
+  await page.waitForFunction(() => tactus.status.parameters['contact.friction'] > 1, null, { timeout: 20000 });
+  await page.focus('#view');
+  await page.keyboard.press(' ');
+  await page.waitForFunction(() => tactus.state === 'paused');
+  await page.waitForTimeout(500);
+  const before = await page.evaluate(() => tactus.frames);
+  await page.keyboard.press('.');
+  await page.waitForFunction((n) => tactus.frames === n + 1, before, { timeout: 20000 });
+  await page.close();
+
+  const replay = await open({ offline: true }, report);
+  await replay.waitForFunction(() => window.tactus?.frames?.length === 20, null, { timeout: 60000 });
+  assert.equal(await replay.textContent('#scene'), '<script>alert(1)</script>');
+  await assertLegible(replay);
+  const first = await replay.evaluate(whiteOnBlack);
+  const kept = iou(first.mask, silhouette(first.blocks, camera));
+  console.log(`silhouette of the report: IoU ${kept.toFixed(4)}`);
+  assert(kept >= 0.98, `IoU ${kept}`);
+  await replay.keyboard.press('.');
+  assert.equal(await replay.evaluate(() => tactus.at), 1);
+  await replay.keyboard.press(' ');
+  await replay.waitForFunction(() => tactus.at === 19, null, { timeout: 20000 });
+  assert.deepEqual(problems, []);
+} finally {
+  await browser.close();
+}
