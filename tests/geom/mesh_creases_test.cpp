@@ -15,8 +15,11 @@ TEST(SplitCreases, ACubeHasSixFaces) {
   cube.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   const TriangleMesh before = cube;
-  split_creases(cube);
-  EXPECT_EQ(cube.positions_m.size(), 24U);
+  const std::vector<Index> origins = split_creases(cube);
+  ASSERT_EQ(cube.positions_m.size(), 24U);
+  ASSERT_EQ(origins.size(), 16U);
+  for (std::size_t k = 0; k < origins.size(); ++k)
+    EXPECT_EQ(cube.positions_m[8 + k], before.positions_m[static_cast<std::size_t>(origins[k])]);
   ASSERT_EQ(cube.normals.size(), 24U);
   ASSERT_EQ(cube.triangles.size(), before.triangles.size());
   for (std::size_t t = 0; t < cube.triangles.size(); ++t) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "tactus/base/error.h"
 #include "tactus/view/image_files.h"
 #include "tactus/view/renderer.h"
 #include "view/meshes.h"
@@ -143,6 +144,46 @@ TEST_F(LiquidPicture, NobodySeesLiquidBehindSomethingSolid) {
   scene.liquids[0].positions_m.push_back({NAN, NAN, NAN});  // one that left
   const ColorImage with = renderer.render(scene, camera);
   EXPECT_EQ(with.pixels, without.pixels);
+}
+
+/// Four strips of a pale plate seen from above: dry, under 0.1 mm of blood, under 2 mm, and under 0.1 mm that
+/// dried. Green light at 1500 /m comes back through 0.1 mm by e^(-0.3), through 2 mm by e^(-6); red at 160 /m
+/// by e^(-0.03) and e^(-0.64). Colours are the middles of strips, and what the film reflects is 2 %.
+TEST_F(LiquidPicture, FilmDarkensAndReddensWhatItLiesOn) {
+  ViewScene scene{.ground = false};
+  ViewMesh plate{.name = "plate", .material = {.color = {0.8F, 0.7F, 0.65F}, .specular = 0}};
+  plate.film.emplace();
+  constexpr float kThick_m[][2] = {{0, 0}, {1e-4F, 0}, {2e-3F, 0}, {0, 1e-4F}};
+  for (Index k = 0; k < 4; ++k) {
+    const float x = 0.04F * static_cast<float>(k - 2);
+    const auto first = static_cast<Index>(plate.mesh.positions_m.size());
+    for (const Vec3f at :
+         {Vec3f{x, 0, -0.1F}, Vec3f{x + 0.04F, 0, -0.1F}, Vec3f{x, 0, 0.1F}, Vec3f{x + 0.04F, 0, 0.1F}}) {
+      plate.mesh.positions_m.push_back(at);
+      plate.mesh.normals.push_back({0, 1, 0});
+      plate.film->film_m.push_back(kThick_m[k][0]);
+      plate.film->stain_m.push_back(kThick_m[k][1]);
+    }
+    plate.mesh.triangles.push_back({first, first + 2, first + 1});
+    plate.mesh.triangles.push_back({first + 1, first + 2, first + 3});
+  }
+  scene.meshes.push_back(plate);
+  const ViewCamera camera{.target_m = {0, 0, 0}, .distance_m = 0.4F, .azimuth_rad = 0, .elevation_rad = 1.5F};
+  Renderer renderer(options());
+  const ColorImage image = renderer.render(scene, camera);
+  keep(image);
+  // A strip of 4 cm is 0.04 / (2 * 0.4 tan(20 degrees)) of the height: 49 pixels.
+  const auto colour = [&](int k) { return image(kWidth / 2 + 49 * k - 73, kHeight / 2); };
+  const Rgb8 dry = colour(0), thin = colour(1), thick = colour(2), stained = colour(3);
+  EXPECT_GT(dry.g, 100);
+  EXPECT_LT(thin.g + 8, dry.g);
+  EXPECT_LT(thick.g + 40, thin.g);
+  EXPECT_LT(dry.r - thin.r, dry.g - thin.g) << "red goes through";
+  EXPECT_GT(thick.r, 2 * thick.g);
+  EXPECT_LT(stained.r + 10, thin.r) << "what dried is darker";
+  EXPECT_LT(stained.g + 10, thin.g);
+  scene.meshes[0].film->stain_m.pop_back();
+  EXPECT_THROW(renderer.render(scene, camera), Error);
 }
 
 }  // namespace

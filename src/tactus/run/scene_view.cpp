@@ -74,8 +74,23 @@ void add_tool_axis(ViewScene& view, const ToolAxis& tool) {
   view.labels.push_back({from_m.y > to_m.y ? from_m : to_m, tool.name + ": " + known, color});
 }
 
+/// Beside a cut, triangles are needles and slivers: heights there are smoothed over their area.
+void smooth_heights(const TriangleMesh& surface, std::vector<float>& height_m) {
+  std::vector<float> volume(height_m.size()), area(height_m.size());
+  for (const auto& t : surface.triangles) {
+    const auto at = [&](std::size_t k) { return static_cast<std::size_t>(t.at(k)); };
+    const Vec3f a = surface.positions_m[at(0)];
+    const float m2 = length(cross(surface.positions_m[at(1)] - a, surface.positions_m[at(2)] - a));
+    const float m3 = m2 * (1.F / 3) * (height_m[at(0)] + height_m[at(1)] + height_m[at(2)]);
+    for (std::size_t k = 0; k < 3; ++k) volume[at(k)] += m3, area[at(k)] += m2;
+  }
+  for (std::size_t v = 0; v < height_m.size(); ++v)
+    if (area[v] > 0) height_m[v] = volume[v] / area[v];
+}
+
 /// Twice as many reach over a cube of the lattice that carries a surface with half its spacing.
 constexpr int kNormalPasses = 6;
+constexpr int kHeightPasses = 2;
 constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 0.66F};
 
 }  // namespace
@@ -115,6 +130,21 @@ void SceneView::show_models(std::vector<std::vector<std::uint8_t>> element_trian
   element_triangles_ = std::move(element_triangles);
 }
 
+/// The film on a surface, which gets the normals of the film's.
+std::optional<ViewFilm> SceneView::film_of(SceneFilm::Thickness lies, TriangleMesh& surface) const {
+  if (lies.film_m.empty()) return std::nullopt;
+  const ViewLiquid liquid = scene_.fluid->looks == LiquidLooks::water ? water() : ViewLiquid{};
+  // Only light sees the film's height: walls of a narrow cut would meet where it is filled.
+  std::vector<float> height_m = lies.film_m;
+  for (int pass = 0; pass < kHeightPasses; ++pass) smooth_heights(surface, height_m);
+  const std::vector<Vec3f> below_m = surface.positions_m;
+  for (std::size_t v = 0; v < height_m.size(); ++v)
+    surface.positions_m[v] += height_m[v] * surface.normals[v];
+  compute_normals(surface);
+  surface.positions_m = below_m;
+  return ViewFilm{std::move(lies.film_m), std::move(lies.stain_m), liquid.scattered, liquid.absorption_1_m};
+}
+
 void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& photos) {
   view_.meshes.resize(still_meshes_);
   view_.lines.resize(still_lines_);
@@ -135,10 +165,18 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
       continue;
     }
     material.color = vec_cast<float>(scene_.bodies[b].colour);
+    std::optional<ViewFilm> film;
+    if (b < snapshot.films.size()) film = film_of(std::move(snapshot.films[b]), snapshot.bodies[b]);
     // Skin and walls of cuts share vertices.
-    if (scene_.bodies[b].cuttable) split_creases(snapshot.bodies[b]);
+    if (scene_.bodies[b].cuttable)
+      for (const Index v : split_creases(snapshot.bodies[b])) {
+        if (!film) continue;
+        film->film_m.push_back(film->film_m[static_cast<std::size_t>(v)]);
+        film->stain_m.push_back(film->stain_m[static_cast<std::size_t>(v)]);
+      }
     smooth_normals(snapshot.bodies[b], kNormalPasses);
     view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
+    view_.meshes.back().film = std::move(film);
   }
   for (TriangleMesh& obstacle : snapshot.obstacles)
     view_.meshes.push_back({"obstacle", std::move(obstacle), obstacle_material()});

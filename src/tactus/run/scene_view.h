@@ -27,6 +27,7 @@ class SceneView {
   const ViewCamera& camera() const { return camera_; }
 
  private:
+  std::optional<ViewFilm> film_of(SceneFilm::Thickness lies, TriangleMesh& surface) const;
   const Scene scene_;
   ViewCamera camera_;
   std::shared_ptr<ViewPhotos> photos_;  ///< none: the real surface is clay

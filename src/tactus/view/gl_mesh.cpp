@@ -122,6 +122,10 @@ void check_mesh(const ViewMesh& view) {
   if (!view.colors.empty() && view.colors.size() != vertices)
     throw Error(who + std::to_string(view.colors.size()) + " colours for " + std::to_string(vertices) +
                 " vertices");
+  if (view.film && (view.film->film_m.size() != vertices || view.film->stain_m.size() != vertices))
+    throw Error(who + std::to_string(view.film->film_m.size()) + " and " +
+                std::to_string(view.film->stain_m.size()) + " thicknesses of film and stain for " +
+                std::to_string(vertices) + " vertices");
   std::uint32_t largest = 0;  // a negative index is huge as unsigned
   for (const auto& t : view.mesh.triangles) {
     for (const Index v : t) largest = std::max(largest, static_cast<std::uint32_t>(v));
@@ -141,6 +145,8 @@ GlMesh::GlMesh() {
   }
   glVertexArrayAttribFormat(name, 2, 3, GL_UNSIGNED_BYTE, GL_TRUE, 0);
   glVertexArrayAttribBinding(name, 2, 2);
+  glVertexArrayAttribFormat(name, 3, 2, GL_FLOAT, GL_FALSE, 0);
+  glVertexArrayAttribBinding(name, 3, 3);
   glEnableVertexArrayAttrib(name, 0);
 }
 
@@ -156,6 +162,14 @@ void GlMesh::upload(const ViewMesh& view) {
   } else {
     glEnableVertexArrayAttrib(array.get(), 2);
   }
+  film_m.clear();
+  if (view.film)
+    for (std::size_t v = 0; v < view.film->film_m.size(); ++v)
+      film_m.push_back({view.film->film_m[v], view.film->stain_m[v]});
+  if (films.upload(film_m.data(), film_m.size() * sizeof film_m[0]))
+    glVertexArrayVertexBuffer(array.get(), 3, films.get(), 0, sizeof film_m[0]);
+  (film_m.empty() ? glDisableVertexArrayAttrib : glEnableVertexArrayAttrib)(array.get(), 3);
+  if (film_m.empty()) glVertexAttrib2f(3, 0, 0);
   const bool new_positions =
       device ? positions.upload_from(*device->ctx, device->positions_m)
              : positions.upload(mesh.positions_m.data(), mesh.positions_m.size() * sizeof(Vec3f));

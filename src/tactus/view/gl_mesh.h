@@ -1,5 +1,8 @@
 #pragma once
 /// Surfaces on the GPU. Internal to view/; a context is current wherever these are used.
+#include <array>
+#include <vector>
+
 #include "tactus/compute/gl_sharing.h"
 #include "tactus/view/gl_objects.h"
 #include "tactus/view/scene.h"
@@ -41,10 +44,11 @@ void check_mesh(const ViewMesh& view);
 
 /// A mesh on the GPU. Slots are reused from frame to frame.
 struct GlMesh {
-  GlStreamBuffer positions, normals, colors, indices;
+  GlStreamBuffer positions, normals, colors, films, indices;
   GlVertexArray array;
   GLsizei index_count = 0;
   Mat3f turn = Mat3f::identity();
+  std::vector<std::array<float, 2>> film_m;  ///< thickness of film and stain; kept for its capacity
 
   GlMesh();
   void upload(const ViewMesh& view);

@@ -58,6 +58,13 @@ struct DeviceSurface {
   CameraBits live_photos = ~CameraBits{0};  ///< cameras that have a photo of this tick
 };
 
+/// Liquid that lies on a surface, and what dried of it there. Light goes through it to the surface and back.
+struct ViewFilm {
+  std::vector<float> film_m{}, stain_m{};       ///< thickness at each vertex, >= 0
+  Vec3f scattered{0.15F, 0.004F, 0.006F};       ///< as ViewLiquid's
+  Vec3f absorption_1_m{160.F, 1500.F, 1400.F};  ///< likewise
+};
+
 struct ViewMesh {
   std::string name;
   TriangleMesh mesh{};  ///< [m]; drawn flat-shaded when it has no normals
@@ -69,6 +76,7 @@ struct ViewMesh {
   std::optional<DeviceSurface> device{};  ///< instead of `mesh`; stays valid until the picture is drawn
   /// Turns the mesh, and the cameras of its photos with it: data sets have their own idea of up.
   Mat3f R_world_mesh = Mat3f::identity();
+  std::optional<ViewFilm> film{};
   bool casts_shadow = true;  ///< false: for meshes that only explain the picture, as drawn cameras
 };
 

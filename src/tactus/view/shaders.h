@@ -83,16 +83,19 @@ inline constexpr const char* kSurfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 photographed;
+layout(location = 3) in vec2 film_and_stain;
 uniform mat4 view_proj;
 uniform mat3 turn;
 out vec3 p;
 out vec3 n;
 out vec3 photo_color;
+out vec2 film_m;
 invariant gl_Position;
 void main() {
   p = turn * position;
   n = turn * normal;
   photo_color = photographed;
+  film_m = film_and_stain;
   gl_Position = view_proj * vec4(p, 1);
 }
 )";
@@ -101,14 +104,31 @@ inline constexpr const char* kSurfaceFragment = R"(
 in vec3 p;
 in vec3 n;
 in vec3 photo_color;
+in vec2 film_m;  // of film, of stain
 uniform bool is_photographed;
-uniform vec3 albedo;
-uniform float roughness;
-uniform float specular;
+uniform vec3 dry_albedo;
+uniform float dry_roughness;
+uniform float dry_specular;
+uniform vec3 film_scattered;
+uniform vec3 film_absorption_1_m;
 uniform float softness;
 uniform float opacity;
 uniform bool flat_shaded;
 layout(location = 0) out vec4 color;
+
+vec3 albedo;
+float roughness, specular;
+
+// Light goes through a film to the surface and back (Beer-Lambert), and deep film scatters it. What dried is
+// denser, and lets less red through.
+void wet() {
+  vec3 stained = exp(-2.0 * (3.0 * film_absorption_1_m + vec3(900.0)) * film_m.y);
+  vec3 through = exp(-2.0 * film_absorption_1_m * film_m.x);
+  albedo = dry_albedo * stained * through + film_scattered * (1.0 - through);
+  float is_wet = smoothstep(1e-5, 6e-5, film_m.x);
+  roughness = mix(dry_roughness, 0.12, is_wet);
+  specular = mix(dry_specular, 0.02, is_wet);
+}
 
 float highlight(vec3 N, vec3 V, vec3 L) {  // GGX (Walter et al. 2007), visibility after Karis
   vec3 H = normalize(V + L);
@@ -133,6 +153,7 @@ void main() {
     color = vec4(photo_color, opacity);
     return;
   }
+  wet();
   vec3 V = normalize(eye - p);
   vec3 N = flat_shaded ? normalize(cross(dFdx(p), dFdy(p))) : normalize(n);
   if (flat_shaded ? dot(N, V) < 0.0 : !gl_FrontFacing) N = -N;

@@ -46,7 +46,8 @@ std::vector<Side> sides_of(std::vector<Corner>& corners, std::vector<std::size_t
 
 }  // namespace
 
-void split_creases(TriangleMesh& mesh) {
+std::vector<Index> split_creases(TriangleMesh& mesh) {
+  std::vector<Index> origin;
   if (mesh.normals.size() != mesh.positions_m.size()) compute_normals(mesh);
   std::vector<std::vector<Corner>> corners(mesh.positions_m.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -64,12 +65,14 @@ void split_creases(TriangleMesh& mesh) {
     mesh.normals[v] = normalized(sides[0].sum, Vec3f{0, 1, 0});
     for (std::size_t k = 1; k < sides.size(); ++k) {
       vertex.push_back(static_cast<Index>(mesh.positions_m.size()));
+      origin.push_back(static_cast<Index>(v));
       mesh.positions_m.push_back(mesh.positions_m[v]);
       mesh.normals.push_back(normalized(sides[k].sum, Vec3f{0, 1, 0}));
     }
     for (std::size_t k = 0; k < corners[v].size(); ++k)
       mesh.triangles[corners[v][k].triangle].at(corners[v][k].corner) = vertex[side_of[k]];
   }
+  return origin;
 }
 
 void smooth_normals(TriangleMesh& mesh, int passes) {
