@@ -8,7 +8,7 @@ CONFIGURE ?=
 # What is left, and for how long it has run.
 export NINJA_STATUS ?= [%p, %u of %t left, %e s] 
 
-.PHONY: help deps build benchmarks complete web tests test demo fig14 fig15 bench bundle testbundle install format lint clean
+.PHONY: help deps build benchmarks complete web python tests test demo fig14 fig15 bench bundle testbundle install format lint clean
 
 help:            ## this list
 	@grep -hE '^[a-z0-9]+: .*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9]+):.*## /  make \1\t/' | expand -t 18
@@ -25,11 +25,17 @@ benchmarks: build
 
 tests:           ## the program and every test
 	@tools/install_deps.sh tests
-	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=ON $(if $(CONFIGURE),'$(CONFIGURE)')
+	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=ON -DTACTUS_PYTHON=ON $(if $(CONFIGURE),'$(CONFIGURE)')
 	cmake --build $(BUILD) -j $(JOBS)
 
 test: tests      ## build and run every test; the last line counts them
 	@tools/run_tests.py $(BUILD)
+
+python:          ## the Python module, at build/python, and its tests
+	@tools/install_deps.sh python
+	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF -DTACTUS_PYTHON=ON $(if $(CONFIGURE),'$(CONFIGURE)')
+	cmake --build $(BUILD) -j $(JOBS) --target tactus tactus_python
+	PYTHONPATH=$(BUILD)/python TACTUS_SOURCE_DIR=. TACTUS_PROGRAM=$(BUILD)/tactus python3 -m pytest -q python/tests
 
 complete:        ## the program with live cameras, calibration, markers, TIFF and TOML, at build/tactus
 	@tools/install_deps.sh complete

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# tools/install_deps.sh [films|complete|web|tests]: installs the Debian packages that are missing for the program; with `films` also
-# to read films; with `complete` also for live cameras, `tactus calibrate` and markers; with `web` also for `tactus run --web`, with `tests` for the
-# tests, too.
+# tools/install_deps.sh [films|complete|web|python|tests]: installs the Debian packages that are missing for the program; with `films` also
+# to read films; with `complete` also for live cameras, `tactus calibrate` and markers; with `web` also for `tactus run --web`, with `python`
+# also for the Python module, with `tests` for the tests, too.
 # Elsewhere: names what is needed and goes on.
 set -euo pipefail
 # Parts of OpenCV, not libopencv-dev, which brings VTK, Qt and Tcl along. Its calib3d, imgcodecs and videoio bring Qt, GDAL and
@@ -12,6 +12,7 @@ packages=(cmake ninja-build g++ git libtbb-dev libspdlog-dev libyaml-cpp-dev nlo
 case ${1:-} in films | complete | tests) packages+=(libavformat-dev libavcodec-dev libswscale-dev) ;; esac
 case ${1:-} in complete | tests) packages+=(libtiff-dev libtomlplusplus-dev libopencv-video-dev pkg-config
   libzmq3-dev libaravis-dev libusb-1.0-0-dev liblz4-dev libceres-dev libopencv-contrib-dev) ;; esac
+case ${1:-} in python | tests) packages+=(pybind11-dev python3-dev python3-numpy python3-pytest) ;; esac
 case ${1:-} in web | tests) packages+=(libcivetweb-dev) ;; esac
 if [ "${1:-}" = tests ]; then packages+=(libgtest-dev libopencv-imgcodecs-dev libopencv-videoio-dev python3 python3-zmq xz-utils); fi
 # The page's renderer, of npm: one file, which the build puts into the program.

@@ -1,0 +1,260 @@
+// Cameras, images, hulls, and the loop over frames.
+#include <pybind11/stl.h>
+
+#include "arrays.h"
+#include "module.h"
+#include "tactus/base/error.h"
+#include "tactus/io/body_assets.h"
+#include "tactus/reconstruct/surface_pipeline.h"
+#include "tactus/rig/rig_file.h"
+#include "tactus/run/frame_loop.h"
+#include "tactus/run/scene_source.h"
+
+namespace tactus::python {
+namespace {
+
+Camera camera_of(const std::string& name, py::handle K, std::pair<Index, Index> size_px,
+                 py::handle T_cam_world) {
+  const auto k = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(K);
+  if (!k || k.ndim() != 2 || k.shape(0) != 3 || k.shape(1) != 3) {
+    PyErr_Clear();
+    throw usage_error("K of camera '" + name + "' is " + kind_of(K) + ", expected a (3, 3) array [px]");
+  }
+  if (size_px.first < 1 || size_px.second < 1)
+    throw usage_error("size_px of camera '" + name + "' is (" + std::to_string(size_px.first) + ", " +
+                      std::to_string(size_px.second) + "), expected (width, height)");
+  return {.name = name,
+          .width_px = size_px.first,
+          .height_px = size_px.second,
+          .fx_px = k.at(0, 0),
+          .fy_px = k.at(1, 1),
+          .cx_px = k.at(0, 2),
+          .cy_px = k.at(1, 2),
+          .skew_px = k.at(0, 1),
+          .T_cam_world = rigid_of("T_cam_world", T_cam_world)};
+}
+
+Box3f box_of(const std::string& argument, py::handle value) {
+  const auto box = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
+  if (!box || box.ndim() != 2 || box.shape(0) != 2 || box.shape(1) != 3) {
+    PyErr_Clear();
+    throw usage_error(argument + " is " + kind_of(value) +
+                      ", expected ((x, y, z), (x, y, z)): its least and greatest corner [m]");
+  }
+  Box3f box_m;
+  for (int a = 0; a < 3; ++a) {
+    box_m.min[a] = static_cast<float>(box.at(0, a));
+    box_m.max[a] = static_cast<float>(box.at(1, a));
+  }
+  return box_m;
+}
+
+template <class F>
+auto images_of(const char* argument, py::handle list, F&& one) {
+  std::vector<decltype(one(std::string(), py::handle()))> images;
+  if (list.is_none()) return images;
+  int k = 0;
+  for (const py::handle image : list)
+    images.push_back(one(std::string(argument) + "[" + std::to_string(k++) + "]", image));
+  return images;
+}
+
+std::shared_ptr<FrameSet> frame_of(py::handle masks, std::int64_t tick, double time_s, py::handle depths_m,
+                                   py::handle colors) {
+  auto frame = std::make_shared<FrameSet>();
+  frame->tick = tick;
+  frame->time_s = time_s;
+  frame->silhouettes = images_of("masks", masks, mask_of);
+  frame->depths_m = images_of("depths_m", depths_m, depth_of);
+  frame->colors = images_of("colors", colors, color_of);
+  return frame;
+}
+
+void bind_images(py::module_& m) {
+  py::class_<Camera>(m, "Camera", "A camera without distortion, as OpenCV's: x right, y down, z ahead.")
+      .def(py::init(&camera_of), py::arg("name"), py::arg("K"), py::arg("size_px"), py::arg("T_cam_world"),
+           "K: (3, 3) [px]. size_px: (width, height). T_cam_world: (4, 4), world to camera [m].")
+      .def_readonly("name", &Camera::name)
+      .def_property_readonly("K", [](const Camera& c) { return array_of(c.intrinsics()); })
+      .def_property_readonly("T_cam_world", [](const Camera& c) { return array_of(c.T_cam_world); })
+      .def_property_readonly("size_px", [](const Camera& c) { return std::pair(c.width_px, c.height_px); })
+      .def("__repr__", [](const Camera& c) {
+        return "tactus.Camera('" + c.name + "', " + std::to_string(c.width_px) + " x " +
+               std::to_string(c.height_px) + ")";
+      });
+  py::class_<Rig>(m, "Rig", "Cameras and the space that they watch.")
+      .def(py::init([](const std::string& path) { return read_rig_file(path).rig; }), py::arg("path"),
+           "From a rig file (docs/rig.md).")
+      .def(py::init([](const std::vector<Camera>& cameras, py::handle workspace_m) {
+             Rig rig;
+             rig.cameras = cameras;
+             rig.workspace_m = box_of("workspace_m", workspace_m);
+             return rig;
+           }),
+           py::arg("cameras"), py::arg("workspace_m"), "workspace_m: ((x, y, z), (x, y, z)) [m]")
+      .def_readonly("cameras", &Rig::cameras)
+      .def("__repr__",
+           [](const Rig& r) { return "tactus.Rig(" + std::to_string(r.cameras.size()) + " cameras)"; });
+  py::class_<FrameSet, std::shared_ptr<FrameSet>>(m, "Frame", "The images of a rig at one moment.")
+      .def(py::init(&frame_of), py::arg("masks"), py::arg("tick") = 0, py::arg("time_s") = 0.0,
+           py::arg("depths_m") = py::none(), py::arg("colors") = py::none(),
+           "masks: one (height, width) array of bool or uint8 per camera, inside where not 0; None: it "
+           "missed the "
+           "tick. depths_m: likewise, float32, radial [m]. colors: (height, width, 3) uint8.")
+      .def_readonly("tick", &FrameSet::tick)
+      .def_readonly("time_s", &FrameSet::time_s)
+      .def(
+          "mask",
+          [](const FrameSet& f, std::size_t camera) {
+            const BitMask& mask = f.silhouettes.at(camera);
+            py::array_t<bool> array({mask.height_px, mask.width_px});
+            for (Index y = 0; y < mask.height_px; ++y)
+              for (Index x = 0; x < mask.width_px; ++x) array.mutable_at(y, x) = mask(x, y);
+            return array;
+          },
+          py::arg("camera"), "(height, width) bool");
+}
+
+/// A hull, and what it was made on.
+struct PyHull {
+  SharedDevices devices;
+  Rig rig;
+  std::unique_ptr<SurfacePipeline> pipeline;
+};
+
+void bind_hull(py::module_& m) {
+  py::class_<PyHull>(m, "VisualHull", "The surface that silhouettes allow.")
+      .def(py::init([](py::handle devices, const Rig& rig, int resolution) {
+             PyHull hull{devices_of(devices), rig, nullptr};
+             const py::gil_scoped_release free;
+             hull.pipeline =
+                 std::make_unique<SurfacePipeline>(*hull.devices, hull.rig.cameras, hull.rig.depth_cameras,
+                                                   SurfaceOptions{.hull = {.workspace_m = rig.workspace_m,
+                                                                           .resolution = resolution,
+                                                                           .slack_px = rig.slack_px}});
+             return hull;
+           }),
+           py::arg("devices"), py::arg("rig"), py::arg("resolution") = 100)
+      .def(
+          "reconstruct",
+          [](PyHull& hull, const FrameSet& frame) {
+            hull.pipeline->make(frame.silhouettes, frame.depths_m);
+            return std::make_shared<TriangleMesh>(hull.pipeline->download());
+          },
+          py::arg("frame"), py::call_guard<py::gil_scoped_release>(), "The mesh of a Frame, with normals.")
+      .def_property_readonly("voxel_size_m",
+                             [](const PyHull& hull) { return hull.pipeline->voxel_size_m(); });
+}
+
+/// A source that Python implements: rig, and next_frame() -> Frame, or None at the end.
+class PySource final : public FrameSource {
+ public:
+  PySource(py::object source, Rig rig) : source_(std::move(source)), rig_(std::move(rig)) {}
+  ~PySource() override {
+    const py::gil_scoped_acquire hold;
+    source_ = py::object();
+  }
+  const Rig& rig() const override { return rig_; }
+  std::optional<int> frame_count() const override { return {}; }
+  std::optional<double> fps() const override { return {}; }
+  NextFrame next(FrameSet& frame) override {
+    const py::gil_scoped_acquire hold;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    const py::object next = source_.attr("next_frame")();
+    if (next.is_none()) return NextFrame::no_more_data;
+    if (!py::isinstance<FrameSet>(next))
+      throw usage_error("next_frame() returned " + kind_of(next) + ", expected a Frame, or None at the end");
+    frame = next.cast<const FrameSet&>();
+    return NextFrame::success;
+  }
+  std::string status() const override { return ""; }
+
+ private:
+  py::object source_;
+  Rig rig_;
+};
+
+/// A sink that Python implements: frame(world, report).
+class PySink final : public FrameSink {
+ public:
+  PySink(py::object sink, py::object world) : sink_(std::move(sink)), world_(std::move(world)) {}
+  void frame(RunFrame& frame) override {
+    const py::gil_scoped_acquire hold;
+    sink_(world_, py::cast(frame.report), frame.images.time_s);
+  }
+
+ private:
+  py::object sink_, world_;
+};
+
+std::unique_ptr<FrameSource> source_of(py::object source, const PyScene& scene) {
+  if (source.is_none()) return open_scene_source(scene.scene, scene.path);
+  if (!py::hasattr(source, "rig") || !py::hasattr(source, "next_frame"))
+    throw usage_error("source is " + kind_of(source) + ", expected an object with 'rig' and 'next_frame()'");
+  return std::make_unique<PySource>(source, source.attr("rig").cast<Rig>());
+}
+
+int run_loop(const PyScene& scene, py::handle devices, const py::function& on_frame, int frames,
+             py::object source) {
+  const std::unique_ptr<FrameSource> from = source_of(std::move(source), scene);
+  const SharedDevices on = devices_of(devices);
+  auto seen = std::make_shared<PyPerception>();
+  seen->devices = on;
+  seen->assets = load_body_assets(scene.scene);
+  seen->made = make_perception(*on, scene.scene, from->rig(), seen->assets);
+  const auto world = std::make_shared<PyWorld>(on, scene.scene, seen->made ? seen : nullptr);
+  PySink sink(on_frame, py::cast(world));
+  FrameLoop loop(*from, world->get(), {.most_frames = frames, .should_stop = [] {
+                                         const py::gil_scoped_acquire hold;
+                                         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+                                         return false;
+                                       }});
+  loop.add(sink);
+  const py::gil_scoped_release free;
+  loop.run();
+  return loop.frames();
+}
+
+}  // namespace
+
+void bind_frames(py::module_& m) {
+  bind_images(m);
+  bind_hull(m);
+  py::class_<Observation>(m, "Observation", "What a Perception saw in new images.")
+      .def_readonly("is_new", &Observation::is_new)
+      .def_readonly("notices", &Observation::notices);
+  py::class_<PyPerception, std::shared_ptr<PyPerception>>(
+      m, "Perception", "From images to the surface that touches bodies; for one World.")
+      .def(py::init([](py::handle devices, const PyScene& scene, const Rig& rig) {
+             auto seen = std::make_shared<PyPerception>();
+             seen->devices = devices_of(devices);
+             seen->scene = scene.scene;
+             seen->rig = rig;
+             seen->assets = load_body_assets(scene.scene);
+             seen->made = make_perception(*seen->devices, seen->scene, seen->rig, seen->assets);
+             if (seen->made == nullptr)
+               throw usage_error("rig has no cameras: a World without them needs no Perception");
+             return seen;
+           }),
+           py::arg("devices"), py::arg("scene"), py::arg("rig"))
+      .def(
+          "observe",
+          [](PyPerception& p, const std::shared_ptr<FrameSet>& frame, double dt_s) {
+            p.frame = frame;  // it is read until the next step ended
+            return p.made->observe(frame.get(), dt_s);
+          },
+          py::arg("frame"), py::arg("dt_s"),
+          "frame: new images, or None. For World.set_surface, before its step of dt_s.")
+      .def_property_readonly("devices", [](const PyPerception& p) { return p.devices; })
+      .def(
+          "surface", [](PyPerception& p) { return std::make_shared<TriangleMesh>(p.made->download()); },
+          "The surface of the last frame.");
+  m.def("run", &run_loop, py::arg("scene"), py::arg("devices") = "auto", py::arg("on_frame"),
+        py::arg("frames") = 0, py::arg("source") = py::none(),
+        "Runs a scene: on_frame(world, report, time_s) after each frame. Returns the number of frames.\n\n"
+        "frames: stop after so many; 0: all. source: an object with a 'rig' and 'next_frame()', which gives "
+        "Frames and None "
+        "at the end, in place of the scene's.");
+}
+
+}  // namespace tactus::python
