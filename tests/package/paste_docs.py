@@ -27,6 +27,7 @@ SKIPPED = {
     "docs/live.md": {"tactus client cam0 rig.yaml": "needs a camera"},
     "docs/new_material.md": {"cmake": "package_new_material follows this page", "build/tests": "the same", "TACTUS_UPDATE": "the same"},
     "docs/performance.md": {"tactus bench": "an hour of benchmarks"},
+    "docs/python.md": {"make python": "builds: the test `python` has it", "PYTHONPATH": "needs that build"},
     "docs/replicate.md": {"tactus reconstruct --source middlebury": "needs recordings: docs/data.md"},
     "docs/web.md": {"make web": "installs packages", "build/tactus run scenes/poke.yaml": "waits for a browser", "build/tactus run scenes/fig19": "needs the page",
                     "openssl": "makes a key"},
