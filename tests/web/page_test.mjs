@@ -1,6 +1,7 @@
 // The live page and a report in Chromium: node page_test.mjs CHROMIUM LIVE-URL REPORT-URL
 import assert from 'node:assert/strict';
 import { createRequire } from 'node:module';
+import { existsSync } from 'node:fs';
 import path from 'node:path';
 
 const { chromium } = createRequire(path.join(process.env.TACTUS_NPM, 'x.js'))('playwright-core');
@@ -86,6 +87,69 @@ async function assertLegible(page) {
     assert(box.left >= 0 && box.top >= 0 && box.right <= width && box.bottom <= height, JSON.stringify(box));
 }
 
+// An emulated headset: two views, a head and a controller that move.
+const iwer = path.join(process.env.TACTUS_NPM, 'iwer/build/iwer.min.js');
+async function headset() {
+  const context = await browser.newContext({ viewport: { width, height } }), page = await context.newPage();
+  page.on('pageerror', (e) => problems.push(e.message));
+  await page.addInitScript({ path: iwer });
+  await page.addInitScript(() => {
+    window.device = new IWER.XRDevice(IWER.metaQuest3, { stereoEnabled: true, ipd: 0.06 });
+    window.device.installRuntime({ forceInstall: true });
+    window.device.position.set(0, 1.05, 0);
+  });
+  await page.goto(live);
+  await page.waitForFunction(() => (window.tactus?.frames ?? 0) > 0 && !tactus.buttons.get('v').disabled, null, { timeout: 60000 });
+  await page.click('text=Enter VR');
+  await page.waitForFunction(() => tactus.session && tactus.viewer.renderer.xr.getCamera().cameras.length === 2, null, { timeout: 20000 });
+  // Hand the ball to the controller, and take it 10 cm to the left and 5 cm up.
+  const at = await page.evaluate(() => {
+    const t = [...tactus.viewer.things.values()].find((x) => x.name === 'ball'), s = tactus.viewer.stage.position.toArray();
+    const middle = t.extent.min.map((x, i) => (x + t.extent.max[i]) / 2 + s[i]);
+    device.controllers.right.position.set(...middle);
+    return middle;
+  });
+  await page.waitForTimeout(1000);
+  const before = await page.evaluate(() => tactus.status.poses.ball.position_m);
+  await page.evaluate(() => device.controllers.right.updateButtonValue('trigger', 1));
+  await page.waitForTimeout(1000);
+  await page.evaluate(([x, y, z]) => device.controllers.right.position.set(x - 0.1, y + 0.05, z), at);
+  await page.evaluate(() => tactus.send({ do: 'run' }));
+  await page.waitForFunction(([x, y]) => Math.hypot(tactus.status.poses.ball.position_m[0] - x + 0.1, tactus.status.poses.ball.position_m[1] - y - 0.05) < 2e-3, before, { timeout: 20000 });
+  await page.evaluate(() => { device.controllers.right.updateButtonValue('trigger', 0); tactus.send({ do: 'pause' }); });
+
+  // The ball's middle in the left eye's picture, white on black; and where a pinhole has it.
+  const look = () => page.evaluate(async () => {
+    const { viewer } = tactus, { THREE } = viewer, ball = [...viewer.things.values()].find((x) => x.name === 'ball'), gl = viewer.renderer.getContext();
+    viewer.scene.background = new THREE.Color(0);
+    viewer.scene.overrideMaterial = new THREE.MeshBasicMaterial({ color: 0xffffff });
+    viewer.stage.traverse((o) => { if (o !== viewer.stage && o !== ball.object) o.visible = false; });
+    for (const child of viewer.scene.children) if (child !== viewer.stage) for (const rod of child.children) rod.visible = false;
+    viewer.hide(2, true);  // bodies, in frames that come
+    const drawn = viewer.drawn;
+    while (viewer.drawn < drawn + 6) await new Promise((done) => setTimeout(done, 20));
+    const eye = viewer.renderer.xr.getCamera().cameras[0], { x: left, y: bottom, z: w, w: h } = eye.viewport, rgba = new Uint8Array(4 * w * h);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.readPixels(left, bottom, w, h, gl.RGBA, gl.UNSIGNED_BYTE, rgba);
+    let sum = 0, u = 0, v = 0;
+    for (let i = 0; i < w * h; ++i) if (rgba[4 * i] > 127) { ++sum; u += i % w; v += Math.floor(i / w); }
+    const f_px = eye.projectionMatrix.elements[0] * w / 2;
+    const middle = new THREE.Vector3(...ball.extent.min.map((x, i) => (x + ball.extent.max[i]) / 2)).add(viewer.stage.position);
+    return { count: sum, u: u / sum, v: v / sum, f_px, z: -middle.applyMatrix4(eye.matrixWorldInverse).z, views: viewer.renderer.xr.getCamera().cameras.length };
+  });
+  const seen = await look();
+  await page.evaluate(() => device.position.set(0.05, 1.05, 0));
+  const moved = await look();
+  const expected = seen.f_px * 0.05 / seen.z;
+  console.log(`headset: two views of f = ${seen.f_px.toFixed(0)} px, the ball ${seen.z.toFixed(3)} m away; the head goes 50 mm, the picture ${(seen.u - moved.u).toFixed(1)} px, f d / z = ${expected.toFixed(1)} px`);
+  // A disc of the radius f r / z.
+  assert(Math.abs(seen.count / (Math.PI * (seen.f_px * 0.025 / seen.z) ** 2) - 1) < 0.1 && seen.views === 2, JSON.stringify(seen));
+  assert(Math.abs(seen.u - moved.u - expected) < 2, `${seen.u - moved.u} px instead of ${expected}`);
+  await page.evaluate(() => tactus.session.end());
+  await page.waitForFunction(() => !tactus.session);
+  await context.close();
+}
+
 try {
   const page = await open({}, live);
   await page.waitForFunction(() => (window.tactus?.frames ?? 0) > 3, null, { timeout: 60000 });
@@ -125,6 +189,9 @@ try {
   await page.keyboard.press('.');
   await page.waitForFunction((n) => tactus.frames === n + 1, before, { timeout: 20000 });
   await page.close();
+
+  if (existsSync(iwer)) await headset();
+  else console.log('skipped: the headset (npm install iwer)');
 
   const replay = await open({ offline: true }, report);
   await replay.waitForFunction(() => window.tactus?.frames?.length === 20, null, { timeout: 60000 });

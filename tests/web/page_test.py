@@ -3,7 +3,7 @@
 
 usage: tests/web/page_test.py PROGRAM [--reader | --page]
   77 where Python's part needs what isn't there: the server, the page, node, chromium, or playwright-core. That is looked for in
-  $TACTUS_NPM and in node_modules of the folder it runs in: npm install --prefix FOLDER playwright-core; TACTUS_NPM=FOLDER/node_modules
+  $TACTUS_NPM and in node_modules of the folder it runs in: npm install --prefix FOLDER playwright-core iwer; TACTUS_NPM=FOLDER/node_modules
 """
 import json
 import os

@@ -4,6 +4,7 @@ import { BLOCK, KIND, ROLE, decode } from './stream.js';
 import { Viewer } from './viewer.js';
 import { Panels, addButtons, addSliders, kHelp, viewActions } from './panels.js';
 import { addTools } from './tools.js';
+import { addVR } from './vr.js';
 
 const canvas = document.getElementById('view');
 const panels = new Panels();
@@ -15,7 +16,7 @@ try {
   panels.say(`This browser draws no 3D (WebGL 2): ${error.message}`, 'error');
   throw error;
 }
-const run = { viewer, setting: null, state: 'connecting', status: {}, socket: null, buttons: null };
+const run = { viewer, panels, setting: null, state: 'connecting', status: {}, socket: null, buttons: null };
 window.tactus = run;  // for tests and the curious
 run.send = (message) => {
   if (run.socket?.readyState === WebSocket.OPEN) run.socket.send(JSON.stringify(message));
@@ -74,9 +75,10 @@ function addBar(setting) {
     { key: ' ', label: run.state === 'paused' ? 'Run' : 'Pause', action: () => run.send({ do: run.state === 'paused' ? 'run' : 'pause' }) },
     { key: '.', label: 'Step', action: () => run.send({ do: 'step' }) },
   ] : [];
-  run.buttons = addButtons(viewer, [...control, ...viewActions(viewer)]);
+  run.buttons = addButtons(viewer, [...control, ...viewActions(viewer), { key: 'v', label: 'Enter VR', action: () => run.toggleVR?.() }]);
+  addVR(THREE, run, run.buttons.get('v'));
   panels.help([...(setting.control ? [['space', 'pause, run'], ['.', 'one frame']] : []),
-    ...(setting.control && setting.held.length ? [['drag a tool', 'hold it; wheel: along the view; ctrl: turn']] : []), ...kHelp]);
+    ...(setting.control && setting.held.length ? [['drag a tool', 'hold it; wheel: along the view; ctrl: turn']] : []), ...kHelp, ['v', 'headset']]);
   if (!setting.control) return;
   addTools(THREE, run);
   run.sliders = addSliders(setting.parameters ?? [], (parameter, value) => run.send({ do: 'set', parameter, value }));

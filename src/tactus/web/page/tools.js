@@ -15,6 +15,7 @@ export function addTools(THREE, run) {
     run.poses.set(name, made);
     return made;
   };
+  run.poseOf = pose;
   run.sendPose = (name) => {
     const { position, quaternion } = run.poses.get(name);
     run.send({ do: 'pose', obstacle: name, position_m: position.toArray(), quaternion: quaternion.normalize().toArray() });
@@ -36,9 +37,7 @@ export function addTools(THREE, run) {
     return true;
   };
   canvas.addEventListener('pointermove', (event) => {
-    if (!held) {
-      return;
-    }
+    if (!held) return;
     const { position, quaternion } = pose(held.name);
     if (event.ctrlKey) {
       const turn = (axis, angle) => quaternion.premultiply(new THREE.Quaternion().setFromAxisAngle(axis, angle));
