@@ -8,7 +8,7 @@ CONFIGURE ?=
 # What is left, and for how long it has run.
 export NINJA_STATUS ?= [%p, %u of %t left, %e s] 
 
-.PHONY: help deps build benchmarks complete web python tests test demo fig14 fig15 bench bundle testbundle install format lint clean
+.PHONY: help deps build benchmarks complete web python api tests test demo fig14 fig15 bench bundle testbundle install format lint clean
 
 help:            ## this list
 	@grep -hE '^[a-z0-9]+: .*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9]+):.*## /  make \1\t/' | expand -t 18
@@ -74,6 +74,10 @@ testbundle: tests ## bundle/ with two relocatable archives to test elsewhere: ta
 
 install: build   ## program, man page, completions, scenes, library and headers to PREFIX
 	cmake --install $(BUILD) --prefix $(PREFIX)
+
+api:             ## pages of the headers that programs use: out/api/html/index.html (needs doxygen)
+	@mkdir -p out
+	doxygen docs/Doxyfile
 
 format:          ## clang-format all sources
 	git ls-files '*.h' '*.cpp' '*.cu' '*.cuh' | xargs clang-format -i
