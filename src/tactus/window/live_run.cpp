@@ -46,7 +46,7 @@ void LiveRun::rethrow_failure() {
 void LiveRun::work() noexcept {
   try {
     DeviceSet devices(options_.devices);
-    while (run_once(devices) == RunControl::Turn::restart) {
+    while (run_once(devices) == ViewControl::Turn::restart) {
     }
   } catch (...) {
     const std::lock_guard lock(mutex_);
@@ -59,7 +59,7 @@ void LiveRun::work() noexcept {
   if (on_news_) on_news_();
 }
 
-RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
+ViewControl::Turn LiveRun::run_once(DeviceSet& devices) {
   set_state(State::building);
   control_.begin();
   const std::unique_ptr<FrameSource> source = open_scene_source(scene_, options_.named);
@@ -78,7 +78,7 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   FrameLoop loop(*source, world, {.should_stop = [&sink] { return !sink.may_go_on(); }});
   loop.add(sink);
   loop.run();
-  if (sink.turn() != RunControl::Turn::go) return sink.turn();
+  if (sink.turn() != ViewControl::Turn::go) return sink.turn();
   set_state(State::ended);
   return control_.wait_for_restart();
 }

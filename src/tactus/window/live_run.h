@@ -35,7 +35,7 @@ class LiveRun {
   /// Asks the physics to end. @returns whether it has ended within so many seconds.
   bool stop(double wait_s);
 
-  RunControl& control() { return control_; }
+  ViewControl& control() { return control_; }
   const Scene& scene() const { return scene_; }
   const std::string& tool() const { return options_.tool; }
   State state() const;
@@ -49,12 +49,12 @@ class LiveRun {
  private:
   void work() noexcept;
   /// From start to stop or restart.
-  RunControl::Turn run_once(DeviceSet& devices);
+  ViewControl::Turn run_once(DeviceSet& devices);
   void set_state(State state);
 
   const Scene scene_;
   const Options options_;
-  RunControl control_;
+  ViewControl control_;
   NewestOne<std::unique_ptr<SceneView>> view_;
   NewestOne<std::shared_ptr<const ViewedFrame>> frame_;
   std::function<void()> on_news_;

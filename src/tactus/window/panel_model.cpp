@@ -8,6 +8,8 @@ namespace tactus {
 namespace {
 
 constexpr std::size_t kMostStages = 14;
+/// A slider shows limits whole that are no farther from each other.
+constexpr double kNearLimits = 2;
 constexpr double kPaceOver_s = 1;
 
 std::string with_unit(double value, const std::string& unit) {
@@ -41,6 +43,8 @@ const char* state_word(LiveRun::State state, bool is_paused) {
 /// The stages that take most, in the order of the frame.
 std::vector<PanelModel::Stage> stage_bars(std::vector<StageTime> stages) {
   std::vector<double> p50;
+  // The time from images to frame is no stage.
+  std::erase_if(stages, [](const StageTime& s) { return s.name == "latency"; });
   for (const StageTime& s : stages) p50.push_back(s.p50_ms);
   std::sort(p50.begin(), p50.end(), std::greater<>());
   const double least_ms = p50.size() > kMostStages ? p50[kMostStages - 1] : 0;
@@ -98,6 +102,7 @@ std::vector<HelpLine> help_lines(bool has_tool) {
                               {"r", "start again"},
                               {"c", "contacts as arrows"},
                               {"v", "the scene's own view"},
+                              {"s", "save the picture, without panels"},
                               {"tab", "panels"},
                               {"h", "this help"},
                               {"q", "close"}};
@@ -108,7 +113,28 @@ std::vector<HelpLine> help_lines(bool has_tool) {
   return lines;
 }
 
+PanelModel::Slider slider_of(const SceneParameter& p, double scene_value) {
+  PanelModel::Slider slider{p.name, p.name, p.unit, p.meaning, p.value};
+  if (slider.label.starts_with("bodies.")) slider.label.erase(0, 7);
+  const double size = std::abs(scene_value);
+  if (std::isfinite(p.least) && std::isfinite(p.most) && p.most - p.least <= kNearLimits) {
+    slider.low = p.least;
+    slider.high = p.most;
+  } else if (p.least < 0) {
+    slider.low = std::max(p.least, size > 0 ? -2 * size : -10);
+    slider.high = std::min(p.most, size > 0 ? 2 * size : 10);
+  } else {
+    slider.low = size > 0 ? std::max(p.least, 0.1 * size) : p.least;
+    slider.high = std::min(p.most, size > 0 ? 10 * size : p.least + 1);
+  }
+  slider.is_logarithmic = slider.low > 0 && slider.high >= 50 * slider.low;
+  slider.low = std::min(slider.low, p.value);
+  slider.high = std::max(slider.high, p.value);
+  return slider;
+}
+
 void RunHistory::clear() {
+  scene_parameters_.clear();
   newest_.reset();
   curves_.clear();
   times_.clear();
@@ -122,6 +148,7 @@ void RunHistory::add(std::shared_ptr<const ViewedFrame> frame) {
     if (curve->values.size() == kMostSamples) curve->values.erase(curve->values.begin());
     curve->values.push_back(std::isfinite(v.value) ? static_cast<float>(v.value) : 0);
   }
+  if (scene_parameters_.empty() && frame->parameters) scene_parameters_ = *frame->parameters;
   times_.emplace_back(frame->time_s, frame->shown_at_s);
   while (times_.back().second - times_.front().second > kPaceOver_s) times_.erase(times_.begin());
   newest_ = std::move(frame);
@@ -133,8 +160,25 @@ double RunHistory::pace() const {
   return shown_s > 0.3 * kPaceOver_s ? (times_.back().first - times_.front().first) / shown_s : 0;
 }
 
+namespace {
+
+std::vector<PanelModel::Slider> sliders(const ViewedFrame& frame,
+                                        const std::vector<SceneParameter>& scene_parameters,
+                                        const std::map<std::string, double>& pending) {
+  std::vector<PanelModel::Slider> all;
+  if (!frame.parameters) return all;
+  for (std::size_t i = 0; i < frame.parameters->size(); ++i) {
+    SceneParameter p = (*frame.parameters)[i];
+    if (const auto set = pending.find(p.name); set != pending.end()) p.value = set->second;
+    all.push_back(slider_of(p, i < scene_parameters.size() ? scene_parameters[i].value : p.value));
+  }
+  return all;
+}
+
+}  // namespace
+
 PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
-                       bool is_paused) {
+                       bool is_paused, const std::map<std::string, double>& pending) {
   PanelModel model;
   model.state = state_text(state, is_paused, history.pace());
   model.title = "tactus: " + name + ", " + state_word(state, is_paused);
@@ -148,10 +192,14 @@ PanelModel panel_model(const std::string& name, const RunHistory& history, LiveR
   if (frame->tool_force_N) model.tool = "on the tool: " + with_unit(*frame->tool_force_N, "N");
   float longest_N = 0;
   for (const ContactArrow& c : frame->contacts) longest_N = std::max(longest_N, length(c.force_N));
-  if (longest_N > 0) model.arrows = "longest arrow: " + with_unit(static_cast<double>(longest_N), "N");
+  // A line that came and went would move all below it.
+  model.arrows =
+      longest_N > 0 ? "longest arrow: " + with_unit(static_cast<double>(longest_N), "N") : "no contacts";
   model.stages = stage_bars(frame->stages);
   for (const RunHistory::Curve& curve : history.curves()) model.curves.push_back(curve_of(curve));
+  model.sliders = sliders(*frame, history.scene_parameters(), pending);
   model.notices = frame->notices;
+  if (!frame->refusal.empty()) model.notices.push_back(frame->refusal);
   return model;
 }
 

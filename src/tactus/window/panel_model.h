@@ -17,13 +17,21 @@ struct PanelModel {
     std::string name, now, range;  ///< "0.84 N"; "0 to 2.1"
     std::vector<float> heights;    ///< 0..1, the newest last
   };
+  struct Slider {
+    std::string name;   ///< of the parameter
+    std::string label;  ///< shorter
+    std::string unit, meaning;
+    double value = 0, low = 0, high = 1;
+    bool is_logarithmic = false;
+  };
   std::string title;   ///< of the window
   std::string state;   ///< "running at 0.8 of real time"
   std::string clock;   ///< "4.27 s, frame 128"
   std::string tool;    ///< "tool: 0.84 N"; "": none
-  std::string arrows;  ///< what the longest arrow is worth; "": no contacts
+  std::string arrows;  ///< the force of the longest arrow
   std::vector<Stage> stages;
   std::vector<Curve> curves;
+  std::vector<Slider> sliders;
   std::vector<std::string> notices;
 };
 
@@ -38,6 +46,11 @@ std::vector<HelpLine> help_lines(bool has_tool);
 /// "0.84", "12.3", "1230": three digits that count.
 std::string short_number(double value);
 
+/// A slider's range about the value that the scene has: a tenth to ten times, within the parameter's limits,
+/// or these where they are near.
+/// @param scene_value of the scene file
+PanelModel::Slider slider_of(const SceneParameter& parameter, double scene_value);
+
 /// What was seen so far.
 class RunHistory {
  public:
@@ -49,6 +62,8 @@ class RunHistory {
   const ViewedFrame* newest() const { return newest_.get(); }
   /// Seconds of the source per second, over the last second; 0: unknown.
   double pace() const;
+  /// Parameters as the first frame had them: the scene's values.
+  const std::vector<SceneParameter>& scene_parameters() const { return scene_parameters_; }
 
   struct Curve {
     std::string name, unit;
@@ -59,11 +74,12 @@ class RunHistory {
  private:
   std::shared_ptr<const ViewedFrame> newest_;
   std::vector<Curve> curves_;
+  std::vector<SceneParameter> scene_parameters_;
   std::vector<std::pair<double, double>> times_;  ///< of the source, and when it was shown
 };
 
-/// @param name of the scene
+/// @param name of the scene @param pending parameters that were set since the newest frame
 PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
-                       bool is_paused);
+                       bool is_paused, const std::map<std::string, double>& pending = {});
 
 }  // namespace tactus

@@ -156,8 +156,40 @@ PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
       ImGui::PopTextWrapPos();
     }
   }
-  if (!model.curves.empty()) ImGui::End();
+  float top_px = margin;
+  if (!model.curves.empty()) {
+    top_px += ImGui::GetWindowHeight() + margin;
+    ImGui::End();
+  }
+  draw_sliders(model, top_px, requests);
   return requests;
+}
+
+void Panels::draw_sliders(const PanelModel& model, float top_px, PanelRequests& requests) {
+  const float margin = kMargin_px * scale_, width = kPanel_px * scale_;
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float left_px = size.y - top_px - margin;
+  if (model.sliders.empty() || left_px < 6 * ImGui::GetFontSize()) return;
+  ImGui::SetNextWindowPos({size.x - margin, top_px}, 0, {1, 0});
+  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, left_px});
+  if (ImGui::Begin("parameters", nullptr, kFixed & ~ImGuiWindowFlags_NoScrollbar)) {
+    for (const PanelModel::Slider& slider : model.sliders) {
+      text(slider.label);
+      if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", slider.meaning.c_str());
+      ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
+      double value = slider.value;
+      // A percent sign of a unit would be read as a format.
+      const std::string format = "%.5g " + (slider.unit == "%" ? "%%" : slider.unit);
+      const ImGuiSliderFlags flags =
+          slider.is_logarithmic ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None;
+      if (ImGui::SliderScalar(("##" + slider.name).c_str(), ImGuiDataType_Double, &value, &slider.low,
+                              &slider.high, format.c_str(), flags)) {
+        requests.parameter = slider.name;
+        requests.value = value;
+      }
+    }
+  }
+  ImGui::End();
 }
 
 void Panels::draw_help(bool has_tool) {
@@ -201,7 +233,7 @@ void Panels::draw_arrows(const std::vector<ContactArrow>& contacts, const ViewCa
     const auto to = project(camera, c.at_m, {display.x, display.y});
     if (!from || !to) continue;
     const Vec3f way = normalized(Vec3f{to->x - from->x, to->y - from->y, 0}, {0, 1, 0});
-    const float head = 6 * scale_;
+    const float head = 5 * scale_;
     const ImVec2 tip{to->x, to->y}, base{to->x - head * way.x, to->y - head * way.y};
     list->AddLine({from->x, from->y}, base, kVermilion, scale_);
     list->AddTriangleFilled(tip, {base.x - 0.5F * head * way.y, base.y + 0.5F * head * way.x},

@@ -11,6 +11,8 @@ namespace tactus {
 /// Requests of the panels' buttons.
 struct PanelRequests {
   bool toggle_pause = false, step = false, restart = false;
+  std::string parameter;  ///< that is set; "": none
+  double value = 0;       ///< of it
 };
 
 /// Owns ImGui's context; the window's OpenGL context is current wherever this is used.
@@ -38,6 +40,8 @@ class Panels {
 
  private:
   void load_font(float scale);
+  /// @param top_px below the curves
+  void draw_sliders(const PanelModel& model, float top_px, PanelRequests& requests);
 
   float scale_ = 0;
 };

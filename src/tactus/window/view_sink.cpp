@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/error.h"
+
 namespace tactus {
 namespace {
 
@@ -18,7 +20,7 @@ double millilitres(Index particles, const LiquidDescription& liquid) {
 
 }  // namespace
 
-ViewSink::ViewSink(const Scene& scene, World& world, RunControl& control,
+ViewSink::ViewSink(const Scene& scene, World& world, ViewControl& control,
                    NewestOne<std::shared_ptr<const ViewedFrame>>& newest, std::function<void()> on_news,
                    Options options)
     : scene_(scene),
@@ -42,9 +44,26 @@ bool ViewSink::may_go_on() {
     earliest_s = begin_s_ + (last_time_s_ - begin_time_s_);
   }
   turn_ = control_.wait_for_turn(earliest_s);
-  if (turn_ != RunControl::Turn::go) return false;
+  if (turn_ != ViewControl::Turn::go) return false;
   move_tool();
+  set_parameters();
   return true;
+}
+
+void ViewSink::set_parameters() {
+  const std::map<std::string, double> values = control_.take_parameters();
+  for (const auto& [name, value] : values) {
+    try {
+      world_.parameters().set(name, value);
+      refusal_.clear();
+    } catch (const Error& error) {
+      refusal_ = error.what();
+    }
+  }
+  if (!values.empty() || parameters_ == nullptr) {
+    const auto list = world_.parameters().list();
+    parameters_ = std::make_shared<const std::vector<SceneParameter>>(list.begin(), list.end());
+  }
 }
 
 void ViewSink::move_tool() {
@@ -88,6 +107,8 @@ void ViewSink::hand_over(RunFrame& frame) {
       stages_.push_back({stage, timings.percentile_ms(stage, 50), timings.percentile_ms(stage, 99)});
   }
   shown->stages = stages_;
+  shown->parameters = parameters_;
+  shown->refusal = refusal_;
   add_values(frame, *shown);
   add_contacts(frame, *shown);
   const std::vector<Notice>& notices = frame.notices.notices();

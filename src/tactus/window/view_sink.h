@@ -2,10 +2,11 @@
 /// Hands frames of a FrameLoop to a window.
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include "tactus/run/frame_sink.h"
 #include "tactus/run/scene_view.h"
-#include "tactus/window/run_control.h"
+#include "tactus/window/view_control.h"
 #include "tactus/window/viewed_frame.h"
 
 namespace tactus {
@@ -44,32 +45,35 @@ class ViewSink final : public FrameSink {
     bool wears_photographs = false;
   };
   /// @param on_news called after each frame that was handed over, on the physics' thread. Keeps references.
-  ViewSink(const Scene& scene, World& world, RunControl& control,
+  ViewSink(const Scene& scene, World& world, ViewControl& control,
            NewestOne<std::shared_ptr<const ViewedFrame>>& newest, std::function<void()> on_news,
            Options options);
 
   /// Waits for the turn of the next frame; false: the loop ends.
   bool may_go_on();
   /// Why it did.
-  RunControl::Turn turn() const { return turn_; }
+  ViewControl::Turn turn() const { return turn_; }
   void frame(RunFrame& frame) override;
 
  private:
   void move_tool();
+  void set_parameters();
   void hand_over(RunFrame& frame);
   void add_values(const RunFrame& frame, ViewedFrame& shown);
   void add_contacts(const RunFrame& frame, ViewedFrame& shown);
 
   const Scene& scene_;
   World& world_;
-  RunControl& control_;
+  ViewControl& control_;
   NewestOne<std::shared_ptr<const ViewedFrame>>& newest_;
   std::function<void()> on_news_;
   Options options_;
-  RunControl::Turn turn_ = RunControl::Turn::go;
+  ViewControl::Turn turn_ = ViewControl::Turn::go;
   double frame_s_;                                           ///< simulated per frame
   double begin_s_ = 0, begin_time_s_ = 0, last_time_s_ = 0;  ///< of the pace
   bool has_begun_ = false;
+  std::shared_ptr<const std::vector<SceneParameter>> parameters_;
+  std::string refusal_;
   std::vector<StageTime> stages_;
   double staged_s_ = 0;  ///< when they were looked at
 };

@@ -37,7 +37,9 @@ struct ViewedFrame {
   std::vector<StageTime> stages;
   std::vector<ViewedValue> values;
   std::vector<ContactArrow> contacts;
-  std::vector<std::string> notices;    ///< the newest last
+  std::vector<std::string> notices;                               ///< the newest last
+  std::shared_ptr<const std::vector<SceneParameter>> parameters;  ///< as this frame had them
+  std::string refusal;                 ///< of the value that was set last; "": it was taken
   std::optional<Vec3d> tool_m;         ///< where the held tool is
   std::optional<double> tool_force_N;  ///< of all bodies on it
 };

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
+#include "tactus/view/image_files.h"
 #include "tactus/window/glfw_window.h"
 #include "tactus/window/panels.h"
 
@@ -54,9 +56,10 @@ class ViewWindow {
     }
     if (auto frame = run_.take_frame(); frame && view_) {
       view_->show(*frame->snapshot, frame->photos);
-      has_picture_ = is_drawn_ = false;
+      is_drawn_ = false;
       has_picture_ = true;
       history_.add(std::move(frame));
+      pictures_due_ = std::max(pictures_due_, 1);  // panels take the size of their text a picture later
     }
   }
 
@@ -84,10 +87,30 @@ class ViewWindow {
     if (code == 'h') shows_help_ = !shows_help_;
     if (code == 'c') shows_contacts_ = !shows_contacts_;
     if (code == 'q') closes_ = true;
+    if (code == 's' && has_picture_) save_picture();
     if (code == 'v' && view_) {
       camera_ = view_->camera();
       is_drawn_ = false;
     }
+  }
+
+  /// Drawn anew, as a film's, in a context of its own: a thread has one at a time.
+  void save_picture() {
+    const Vec2i size = window_.framebuffer_px();
+    const std::string path = options_.name + "-" + std::to_string(history_.newest()->number) + ".png";
+    std::string error;
+    std::thread([&] {
+      try {
+        Renderer renderer({.width_px = size.x, .height_px = size.y});
+        write_png(path, renderer.render(view_->scene(), camera_));
+      } catch (const Error& e) {
+        error = e.what();
+      }
+    }).join();
+    if (!error.empty())
+      log_warning(error);
+    else
+      log_info("wrote " + path);
   }
 
   /// In the plane through the tool that faces the camera; the wheel moves that plane.
@@ -125,9 +148,10 @@ class ViewWindow {
   }
 
   void draw_panels(Vec2i size) {
-    RunControl& control = run_.control();
+    ViewControl& control = run_.control();
     const bool is_paused = control.is_paused();
-    const PanelModel model = panel_model(options_.name, history_, run_.state(), is_paused);
+    const PanelModel model =
+        panel_model(options_.name, history_, run_.state(), is_paused, control.pending_parameters());
     window_.set_title(model.title);
     panels_.begin(text_scale(window_.content_scale(), size));
     if (has_picture_) {
@@ -142,6 +166,7 @@ class ViewWindow {
       if (requests.toggle_pause) control.toggle_pause();
       if (requests.step) control.step();
       if (requests.restart) control.restart();
+      if (!requests.parameter.empty()) control.set_parameter(requests.parameter, requests.value);
     }
     if (shows_help_) panels_.draw_help(!run_.tool().empty());
     panels_.end();

@@ -1,68 +1,85 @@
-#include "tactus/window/run_control.h"
+#include "tactus/window/view_control.h"
 
 #include <chrono>
+#include <utility>
 
 #include "tactus/base/timing.h"
 
 namespace tactus {
 
-void RunControl::set_paused(bool paused) {
+void ViewControl::set_paused(bool paused) {
   const std::lock_guard lock(mutex_);
   is_paused_ = paused;
   steps_due_ = 0;
   changed_.notify_all();
 }
 
-void RunControl::toggle_pause() {
+void ViewControl::toggle_pause() {
   const std::lock_guard lock(mutex_);
   is_paused_ = !is_paused_;
   steps_due_ = 0;
   changed_.notify_all();
 }
 
-void RunControl::step() {
+void ViewControl::step() {
   const std::lock_guard lock(mutex_);
   is_paused_ = true;
   ++steps_due_;
   changed_.notify_all();
 }
 
-void RunControl::restart() {
+void ViewControl::restart() {
   const std::lock_guard lock(mutex_);
   restarts_ = true;
   changed_.notify_all();
 }
 
-void RunControl::stop() {
+void ViewControl::stop() {
   const std::lock_guard lock(mutex_);
   stops_ = true;
   changed_.notify_all();
 }
 
-bool RunControl::is_paused() const {
+bool ViewControl::is_paused() const {
   const std::lock_guard lock(mutex_);
   return is_paused_;
 }
 
-void RunControl::move_tool(Vec3d to_m) {
+void ViewControl::move_tool(Vec3d to_m) {
   const std::lock_guard lock(mutex_);
   tool_target_m_ = to_m;
 }
 
-std::optional<Vec3d> RunControl::tool_target_m() const {
+std::optional<Vec3d> ViewControl::tool_target_m() const {
   const std::lock_guard lock(mutex_);
   return tool_target_m_;
 }
 
-void RunControl::begin() {
+void ViewControl::set_parameter(const std::string& name, double value) {
+  const std::lock_guard lock(mutex_);
+  parameters_[name] = value;
+}
+
+std::map<std::string, double> ViewControl::pending_parameters() const {
+  const std::lock_guard lock(mutex_);
+  return parameters_;
+}
+
+std::map<std::string, double> ViewControl::take_parameters() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(parameters_, {});
+}
+
+void ViewControl::begin() {
   const std::lock_guard lock(mutex_);
   restarts_ = false;
   is_first_ = true;
   steps_due_ = 0;
   tool_target_m_.reset();
+  parameters_.clear();
 }
 
-RunControl::Turn RunControl::wait_for_turn(double earliest_s) {
+ViewControl::Turn ViewControl::wait_for_turn(double earliest_s) {
   std::unique_lock lock(mutex_);
   for (;;) {
     if (stops_) return Turn::stop;
@@ -81,7 +98,7 @@ RunControl::Turn RunControl::wait_for_turn(double earliest_s) {
   return Turn::go;
 }
 
-RunControl::Turn RunControl::wait_for_restart() {
+ViewControl::Turn ViewControl::wait_for_restart() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return stops_ || restarts_; });
   return stops_ ? Turn::stop : Turn::restart;

@@ -1,15 +1,17 @@
 #pragma once
 /// Pause, single steps, restart and the held tool of a run that somebody looks at.
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <optional>
+#include <string>
 
 #include "tactus/base/vec.h"
 
 namespace tactus {
 
 /// Carries requests from the thread of the window to the thread of the physics. Thread-safe.
-class RunControl {
+class ViewControl {
  public:
   enum class Turn : std::uint8_t { go, restart, stop };
 
@@ -23,6 +25,10 @@ class RunControl {
   bool is_paused() const;
   /// The tool goes there, as fast as it may.
   void move_tool(Vec3d to_m);
+  /// A parameter of the scene (World::parameters), from the next frame on.
+  void set_parameter(const std::string& name, double value);
+  /// Those that no frame has yet.
+  std::map<std::string, double> pending_parameters() const;
 
   // For the physics' thread.
   /// Waits until the next frame may run: not before `earliest_s` (on the clock of now_s()), and not while it
@@ -31,6 +37,7 @@ class RunControl {
   /// Waits for restart() or stop(): the source has ended.
   Turn wait_for_restart();
   std::optional<Vec3d> tool_target_m() const;
+  std::map<std::string, double> take_parameters();
   /// A run begins anew.
   void begin();
 
@@ -40,6 +47,7 @@ class RunControl {
   bool is_paused_ = false, restarts_ = false, stops_ = false, is_first_ = true;
   int steps_due_ = 0;
   std::optional<Vec3d> tool_target_m_;
+  std::map<std::string, double> parameters_;
 };
 
 }  // namespace tactus
