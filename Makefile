@@ -52,6 +52,13 @@ web:             ## the program with --web (docs/web.md), at build/tactus
 demo: build      ## a hand presses a soft slab: out/demo.mp4, out/demo.png and a table of milliseconds
 	$(BUILD)/tactus run scenes/demo.yaml --devices $(DEVICES) --out out --view file --json out/demo.json
 
+view:            ## a window on the demo that you orbit, pause and touch: docs/live_view.md
+	@tools/install_deps.sh view
+	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF $(if $(CONFIGURE),'$(CONFIGURE)')
+	@cmake -S . -B $(BUILD) >/dev/null  # looks for the libraries again
+	cmake --build $(BUILD) -j $(JOBS) --target tactus
+	$(BUILD)/tactus view scenes/demo.yaml --devices $(DEVICES)
+
 fig14: build     ## the paper's figure 14, a figure and a hand textured: out/fig14.png (needs TACTUS_DATA)
 	@mkdir -p out
 	$(BUILD)/tactus paper fig14 --devices $(DEVICES) --out out/fig14.png

@@ -14,7 +14,8 @@ case ${1:-} in complete | tests) packages+=(libtiff-dev libtomlplusplus-dev libo
   libzmq3-dev libaravis-dev libusb-1.0-0-dev liblz4-dev libceres-dev libopencv-contrib-dev) ;; esac
 case ${1:-} in python | tests) packages+=(pybind11-dev python3-dev python3-numpy python3-pytest) ;; esac
 case ${1:-} in web | tests) packages+=(libcivetweb-dev) ;; esac
-if [ "${1:-}" = tests ]; then packages+=(libgtest-dev libopencv-imgcodecs-dev libopencv-videoio-dev python3 python3-zmq xz-utils); fi
+case ${1:-} in view | tests) packages+=(libglfw3-dev libimgui-dev libgl1 fonts-dejavu-core) ;; esac
+if [ "${1:-}" = tests ]; then packages+=(xvfb xdotool imagemagick libgtest-dev libopencv-imgcodecs-dev libopencv-videoio-dev python3 python3-zmq xz-utils); fi
 # The page's renderer, of npm: one file, which the build puts into the program.
 three=0.170.0
 if [ "${1:-}" = web ] && [ ! -e "$(dirname "$0")/../node_modules/three/build/three.module.min.js" ]; then

@@ -153,9 +153,13 @@ void ViewSink::add_values(const RunFrame& frame, ViewedFrame& shown) {
 void ViewSink::add_contacts(const RunFrame& frame, ViewedFrame& shown) {
   if (!(frame.report.dt_s > 0)) return;
   const auto per_s = static_cast<float>(1 / frame.report.dt_s);
+  std::size_t count = 0;
+  for (const BodyDescription& body : scene_.bodies) count += world_.contacts(body.name).size();
+  const std::size_t every = 1 + count / kMostArrows;
+  std::size_t number = 0;
   for (const BodyDescription& body : scene_.bodies) {
     for (const BodyPointContact& c : world_.contacts(body.name)) {
-      if (c.point < 0 || shown.contacts.size() >= kMostArrows) continue;
+      if (c.point < 0 || number++ % every != 0) continue;
       shown.contacts.push_back({c.point_m, per_s * c.impulse_N_s});
     }
   }
