@@ -246,6 +246,22 @@ TEST_F(Viewed, RestartBeginsAtTheFirstFrameAndThePaceIsThatOfTime) {
   EXPECT_NE(run_.take_view(), nullptr);
 }
 
+/// A picture that takes long leaves frames unseen; the one at which it pauses is seen.
+TEST_F(Viewed, PauseShowsTheFrameAtWhichItStands) {
+  start(false);
+  ASSERT_NE(next_frame(), nullptr);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // about 20 frames that nobody takes
+  run_.control().set_paused(true);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  const auto stands = next_frame();
+  ASSERT_NE(stands, nullptr);
+  EXPECT_GT(stands->number, 3);
+  EXPECT_EQ(run_.take_frame(), nullptr);
+  const auto next = step();
+  ASSERT_NE(next, nullptr);
+  EXPECT_EQ(next->number, stands->number + 1);
+}
+
 TEST_F(Viewed, StopsSoon) {
   start(false);
   ASSERT_NE(next_frame(), nullptr);

@@ -79,12 +79,12 @@ void ViewControl::begin() {
   parameters_.clear();
 }
 
-ViewControl::Turn ViewControl::wait_for_turn(double earliest_s) {
+ViewControl::Turn ViewControl::wait_for_turn(double earliest_s, bool is_unseen) {
   std::unique_lock lock(mutex_);
   for (;;) {
     if (stops_) return Turn::stop;
     if (restarts_) return Turn::restart;
-    if (is_first_ || steps_due_ > 0) break;
+    if (is_first_ || steps_due_ > 0 || (is_paused_ && is_unseen)) break;
     const double wait_s = earliest_s - now_s();
     if (is_paused_)
       changed_.wait(lock);

@@ -33,7 +33,8 @@ class ViewControl {
   // For the physics' thread.
   /// Waits until the next frame may run: not before `earliest_s` (on the clock of now_s()), and not while it
   /// is paused. The first frame after a start runs anyway: without it there is nothing to see.
-  Turn wait_for_turn(double earliest_s);
+  /// @param is_unseen nobody has seen the last frame: a pause lets one more run, which is shown
+  Turn wait_for_turn(double earliest_s, bool is_unseen = false);
   /// Waits for restart() or stop(): the source has ended.
   Turn wait_for_restart();
   std::optional<Vec3d> tool_target_m() const;

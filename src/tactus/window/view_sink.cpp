@@ -43,7 +43,7 @@ bool ViewSink::may_go_on() {
     }
     earliest_s = begin_s_ + (last_time_s_ - begin_time_s_);
   }
-  turn_ = control_.wait_for_turn(earliest_s);
+  turn_ = control_.wait_for_turn(earliest_s, is_unseen_);
   if (turn_ != ViewControl::Turn::go) return false;
   move_tool();
   set_parameters();
@@ -85,7 +85,8 @@ void ViewSink::frame(RunFrame& frame) {
   last_time_s_ = frame.images.time_s;
   if (frame.report.dt_s > 0) frame_s_ = frame.report.dt_s;
   // A frame that would replace another unseen isn't copied; when it is paused, the last one is seen.
-  if (newest_.is_empty() || control_.is_paused()) hand_over(frame);
+  is_unseen_ = !newest_.is_empty() && !control_.is_paused();
+  if (!is_unseen_) hand_over(frame);
 }
 
 void ViewSink::hand_over(RunFrame& frame) {

@@ -71,7 +71,7 @@ class ViewSink final : public FrameSink {
   ViewControl::Turn turn_ = ViewControl::Turn::go;
   double frame_s_;                                           ///< simulated per frame
   double begin_s_ = 0, begin_time_s_ = 0, last_time_s_ = 0;  ///< of the pace
-  bool has_begun_ = false;
+  bool has_begun_ = false, is_unseen_ = false;
   std::shared_ptr<const std::vector<SceneParameter>> parameters_;
   std::string refusal_;
   std::vector<StageTime> stages_;

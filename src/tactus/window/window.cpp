@@ -41,8 +41,9 @@ class ViewWindow {
       pictures_due_ = input.is_empty ? std::max(0, pictures_due_ - 1) : kPicturesAfterInput;
       take_news();
       follow(input);
-      draw();
+      if (!closes_) draw();
     }
+    run_.control().stop();  // it ends while the window goes
   }
 
  private:
