@@ -13,6 +13,7 @@ case ${1:-} in films | complete | tests) packages+=(libavformat-dev libavcodec-d
 case ${1:-} in complete | tests) packages+=(libtiff-dev libtomlplusplus-dev libopencv-video-dev pkg-config
   libzmq3-dev libaravis-dev libusb-1.0-0-dev liblz4-dev libceres-dev libopencv-contrib-dev) ;; esac
 case ${1:-} in python | tests) packages+=(pybind11-dev python3-dev python3-numpy python3-pytest) ;; esac
+if [ "${1:-}" = python ]; then packages+=(python3-scipy python3-setuptools python3-wheel python3-pip mypy); fi  # of examples, pip and tests of types
 case ${1:-} in web | tests) packages+=(libcivetweb-dev) ;; esac
 case ${1:-} in view | tests) packages+=(libglfw3-dev libimgui-dev libgl1 fonts-dejavu-core) ;; esac
 if [ "${1:-}" = tests ]; then packages+=(xvfb xdotool imagemagick libgtest-dev libopencv-imgcodecs-dev libopencv-videoio-dev python3 python3-zmq xz-utils); fi

@@ -120,12 +120,13 @@ struct PyHull {
   SharedDevices devices;
   Rig rig;
   std::unique_ptr<SurfacePipeline> pipeline;
+  std::unique_ptr<std::mutex> calls = std::make_unique<std::mutex>();
 };
 
 void bind_hull(py::module_& m) {
   py::class_<PyHull>(m, "VisualHull", "The surface that silhouettes allow.")
       .def(py::init([](py::handle devices, const Rig& rig, int resolution) {
-             PyHull hull{devices_of(devices), rig, nullptr};
+             PyHull hull{devices_of(devices), rig, nullptr, std::make_unique<std::mutex>()};
              const py::gil_scoped_release free;
              hull.pipeline =
                  std::make_unique<SurfacePipeline>(*hull.devices, hull.rig.cameras, hull.rig.depth_cameras,
@@ -138,6 +139,7 @@ void bind_hull(py::module_& m) {
       .def(
           "reconstruct",
           [](PyHull& hull, const FrameSet& frame) {
+            const auto lock = hold(*hull.calls, "VisualHull");
             hull.pipeline->make(frame.silhouettes, frame.depths_m);
             return std::make_shared<TriangleMesh>(hull.pipeline->download());
           },
@@ -204,11 +206,11 @@ int run_loop(const PyScene& scene, py::handle devices, const py::function& on_fr
   seen->made = make_perception(*on, scene.scene, from->rig(), seen->assets);
   const auto world = std::make_shared<PyWorld>(on, scene.scene, seen->made ? seen : nullptr);
   PySink sink(on_frame, py::cast(world));
-  FrameLoop loop(*from, world->get(), {.most_frames = frames, .should_stop = [] {
-                                         const py::gil_scoped_acquire hold;
-                                         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-                                         return false;
-                                       }});
+  FrameLoop loop(*from, world->unheld(), {.most_frames = frames, .should_stop = [] {
+                                            const py::gil_scoped_acquire hold;
+                                            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+                                            return false;
+                                          }});
   loop.add(sink);
   const py::gil_scoped_release free;
   loop.run();
@@ -240,6 +242,7 @@ void bind_frames(py::module_& m) {
       .def(
           "observe",
           [](PyPerception& p, const std::shared_ptr<FrameSet>& frame, double dt_s) {
+            const auto lock = hold(p.calls, "Perception");
             p.frame = frame;  // it is read until the next step ended
             return p.made->observe(frame.get(), dt_s);
           },

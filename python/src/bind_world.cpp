@@ -29,7 +29,8 @@ StepReport PyWorld::step(double dt_s) {
   if (!(dt_s >= 0 && std::isfinite(dt_s)))
     throw usage_error("dt_s is " + number_text(dt_s) +
                       ", expected the time since the last frame [s], 0 or more");
-  StepReport report = world_->step(dt_s);
+  const Held world = get();
+  StepReport report = world->step(dt_s);
   if (perception_ != nullptr) perception_->frame.reset();
   return report;
 }
@@ -38,7 +39,7 @@ std::string PyWorld::save_state() {
   if (perception_ != nullptr)
     throw usage_error("save_state: the state of a world with cameras needs its last images: use a recording");
   StateArchive a;
-  world_->archive(a, nullptr);
+  get()->archive(a, nullptr);
   return a.bytes();
 }
 
@@ -46,6 +47,7 @@ std::string PyWorld::save_state() {
 void PyWorld::load_state(const std::string& bytes) {
   if (perception_ != nullptr) throw usage_error("load_state: of a world without cameras only");
   StateArchive a(bytes, "load_state");
+  const Held held = get();
   if (!world_->cuts().empty()) world_ = std::make_unique<World>(*devices_, scene_, assets_);
   world_->archive(a, nullptr);
 }
@@ -158,7 +160,8 @@ const char* text_of(TouchState state) {
 
 /// Arrays, one entry a contact.
 py::dict contacts_of(PyWorld& world, const std::string& body) {
-  const std::vector<BodyPointContact>& all = world.get().contacts(body);
+  const PyWorld::Held held = world.get();
+  const std::vector<BodyPointContact>& all = held->contacts(body);
   const auto n = static_cast<py::ssize_t>(all.size());
   py::array_t<std::int32_t> point(n);
   py::array_t<float> gap_m(n), normal_N_s(n), position_m({n, py::ssize_t{3}}), normal({n, py::ssize_t{3}}),
@@ -194,18 +197,17 @@ py::dict contacts_of(PyWorld& world, const std::string& body) {
 /// Reads and sets parameters as a dict does.
 struct PyParameters {
   std::shared_ptr<PyWorld> world;
-  SceneParameters& get() const { return world->get().parameters(); }
 };
 
 const SceneParameter& parameter(const PyParameters& all, const std::string& name) {
-  all.get().get(name);  // throws where it isn't there
-  const auto list = all.get().list();
+  all.world->get()->parameters().get(name);  // throws where it isn't there
+  const auto list = all.world->get()->parameters().list();
   return *std::find_if(list.begin(), list.end(), [&](const SceneParameter& p) { return p.name == name; });
 }
 
 py::list names_of(const PyParameters& all) {
   py::list names;
-  for (const SceneParameter& p : all.get().list()) names.append(p.name);
+  for (const SceneParameter& p : all.world->get()->parameters().list()) names.append(p.name);
   return names;
 }
 
@@ -221,14 +223,14 @@ void bind_parameters(py::module_& m) {
         return "tactus.Parameter('" + p.name + "' = " + number_text(p.value) + ", " + p.range_text() + ")";
       });
   py::class_<PyParameters>(m, "Parameters", "What may change while a scene runs, by the scene file's names.")
-      .def("__getitem__",
-           [](const PyParameters& all, const std::string& name) { return all.get().get(name); })
-      .def("__setitem__",
-           [](const PyParameters& all, const std::string& name, double x) { all.get().set(name, x); })
-      .def("__len__", [](const PyParameters& all) { return all.get().list().size(); })
+      .def("__getitem__", [](const PyParameters& all,
+                             const std::string& name) { return all.world->get()->parameters().get(name); })
+      .def("__setitem__", [](const PyParameters& all, const std::string& name,
+                             double x) { all.world->get()->parameters().set(name, x); })
+      .def("__len__", [](const PyParameters& all) { return all.world->get()->parameters().list().size(); })
       .def("__contains__",
            [](const PyParameters& all, const std::string& name) {
-             const auto list = all.get().list();
+             const auto list = all.world->get()->parameters().list();
              return std::any_of(list.begin(), list.end(),
                                 [&](const SceneParameter& p) { return p.name == name; });
            })
@@ -241,7 +243,7 @@ py::dict probes_of(PyWorld& world) {
   std::vector<ProbeReading> readings;
   {
     const py::gil_scoped_release free;
-    readings = world.get().probes();
+    readings = world.get()->probes();
   }
   py::dict probes;
   for (std::size_t p = 0; p < readings.size(); ++p) {
@@ -255,13 +257,14 @@ py::dict probes_of(PyWorld& world) {
 }
 
 std::vector<Vec3f> nodes_of(PyWorld& world, const std::string& body, bool velocities) {
-  for (const auto& b : world.get().bodies()) {
+  const PyWorld::Held held = world.get();
+  for (const auto& b : held->bodies()) {
     if (b->name() != body) continue;
     return velocities ? b->velocities_m_s(world.devices().context(0))
                       : b->positions_m(world.devices().context(0));
   }
   std::vector<std::string> names;
-  for (const auto& b : world.get().bodies()) names.push_back(b->name());
+  for (const auto& b : held->bodies()) names.push_back(b->name());
   throw usage_error("body '" + body + "' is not in the scene" + suggestion(body, names));
 }
 
@@ -297,31 +300,31 @@ void bind_world(py::module_& m) {
       .def("step", &PyWorld::step, py::arg("dt_s"), kNoGil,
            "One frame of dt_s [s] since the last one. Other Python threads run meanwhile.")
       .def(
-          "set_surface", [](PyWorld& w, const Observation& seen) { w.get().set_surface(seen); },
+          "set_surface", [](PyWorld& w, const Observation& seen) { w.get()->set_surface(seen); },
           py::arg("observation"), "The next step has the surface of these images.")
       .def(
           "set_pose",
           [](PyWorld& w, const std::string& obstacle, py::handle T) {
-            w.get().set_pose(obstacle, rigid_of("T_world_obstacle", T));
+            w.get()->set_pose(obstacle, rigid_of("T_world_obstacle", T));
           },
           py::arg("obstacle"), py::arg("T_world_obstacle"),
           "Where an obstacle with 'held: true' is at the end of the next frame: (4, 4), [m].")
       .def(
           "pose",
           [](const std::shared_ptr<PyWorld>& w, const std::string& obstacle) {
-            return array_of(w->get().pose(obstacle));
+            return array_of(w->get()->pose(obstacle));
           },
           py::arg("obstacle"), "(4, 4)")
       .def_property_readonly("parameters", [](const std::shared_ptr<PyWorld>& w) { return PyParameters{w}; })
       .def(
-          "report_contacts", [](PyWorld& w, const std::string& body) { w.get().report_contacts(body); },
+          "report_contacts", [](PyWorld& w, const std::string& body) { w.get()->report_contacts(body); },
           py::arg("body"), "From the next frame on, contacts() has those of this body.")
       .def("contacts", &contacts_of, py::arg("body"),
            "Of the last frame, as arrays with one entry a contact: point, position_m, normal (towards the "
            "body), "
            "gap_m, impulse_N_s (on the body), normal_N_s, other, kind, state.")
       .def(
-          "snapshot", [](PyWorld& w) { return std::make_shared<FrameSnapshot>(w.get().snapshot()); }, kNoGil,
+          "snapshot", [](PyWorld& w) { return std::make_shared<FrameSnapshot>(w.get()->snapshot()); }, kNoGil,
           "Surfaces and particles as they are now.")
       .def(
           "positions", [](PyWorld& w, const std::string& body) { return node_array(w, body, false); },
@@ -330,11 +333,11 @@ void bind_world(py::module_& m) {
           "velocities", [](PyWorld& w, const std::string& body) { return node_array(w, body, true); },
           py::arg("body"), "(nodes, 3) float32 [m/s]")
       .def(
-          "monitors", [](PyWorld& w) { return w.get().monitors(); }, kNoGil,
+          "monitors", [](PyWorld& w) { return w.get()->monitors(); }, kNoGil,
           "Of every body, in the scene's order.")
       .def("probes", &probes_of, "By name: position_m (3,), green_strain and cauchy_stress_Pa (3, 3).")
       .def(
-          "state_hash", [](PyWorld& w) { return state_hash(w.get()); }, kNoGil,
+          "state_hash", [](PyWorld& w) { return state_hash(*w.get()); }, kNoGil,
           "Of all positions and velocities: the same on every set of devices.")
       .def(
           "save_state", [](PyWorld& w) { return py::bytes(w.save_state()); },
@@ -344,11 +347,11 @@ void bind_world(py::module_& m) {
       .def_property_readonly("bodies",
                              [](PyWorld& w) {
                                py::list names;
-                               for (const auto& b : w.get().bodies()) names.append(b->name());
+                               for (const BodyDescription& b : w.scene().bodies) names.append(b.name);
                                return names;
                              })
       .def("__repr__", [](PyWorld& w) {
-        return "tactus.World(" + std::to_string(w.get().bodies().size()) + " bodies on " +
+        return "tactus.World(" + std::to_string(w.scene().bodies.size()) + " bodies on " +
                w.devices().name() + ")";
       });
 }

@@ -101,6 +101,14 @@ ColorImage color_of(const std::string& argument, py::handle value) {
   return image;
 }
 
+std::unique_lock<std::mutex> hold(std::mutex& calls, const char* object) {
+  std::unique_lock<std::mutex> lock(calls, std::try_to_lock);
+  if (!lock)
+    throw usage_error(std::string(object) +
+                      " is in a call of another thread, expected one call at a time: wait for that thread");
+  return lock;
+}
+
 SharedDevices devices_of(py::handle value) {
   if (py::isinstance<DeviceSet>(value)) return value.cast<SharedDevices>();
   if (!py::isinstance<py::str>(value)) refuse("devices", value, "a str, as 'cpu' or 'cuda:0', or a Devices");
@@ -123,4 +131,5 @@ PYBIND11_MODULE(_tactus, m) {
   tactus::python::bind_scene(m);
   tactus::python::bind_world(m);
   tactus::python::bind_frames(m);
+  tactus::python::bind_batch(m);
 }

@@ -3,6 +3,7 @@
 #include <pybind11/pybind11.h>
 
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "tactus/multi_device/device_set.h"
@@ -17,6 +18,10 @@ namespace py = pybind11;
 using SharedDevices = std::shared_ptr<DeviceSet>;
 /// From "cpu", "cuda:0", .., or a Devices.
 SharedDevices devices_of(py::handle value);
+
+/// Python's threads run while a call computes. An object takes one call at a time.
+/// @throws usage Error during a call of another thread.
+std::unique_lock<std::mutex> hold(std::mutex& calls, const char* object);
 
 struct PyScene {
   Scene scene;
@@ -34,6 +39,7 @@ struct PyPerception {
   Rig rig;
   std::unique_ptr<Perception> made;
   std::shared_ptr<const FrameSet> frame;  ///< is read until the next step ended
+  std::mutex calls;
   bool has_world = false;
 };
 
@@ -41,7 +47,21 @@ struct PyPerception {
 class PyWorld {
  public:
   PyWorld(SharedDevices devices, Scene scene, std::shared_ptr<PyPerception> perception);
-  World& get() { return *world_; }
+  /// The world for one call: it lives as long as the expression, or as the variable that keeps it.
+  class Held {
+   public:
+    Held(std::mutex& calls, World& world) : lock_(hold(calls, "World")), world_(&world) {}
+    World* operator->() const { return world_; }
+    World& operator*() const { return *world_; }
+
+   private:
+    std::unique_lock<std::mutex> lock_;
+    World* world_;
+  };
+  /// @throws usage Error during a call of another thread.
+  Held get() { return {calls_, *world_}; }
+  /// For a loop, which calls it on one thread.
+  World& unheld() { return *world_; }
   const Scene& scene() const { return scene_; }
   DeviceSet& devices() { return *devices_; }
   const SharedDevices& shared_devices() const { return devices_; }
@@ -57,10 +77,13 @@ class PyWorld {
   BodyAssets assets_;
   std::shared_ptr<PyPerception> perception_;
   std::unique_ptr<World> world_;
+  std::mutex calls_;
 };
 
 void bind_scene(py::module_& m);
 void bind_world(py::module_& m);
 void bind_frames(py::module_& m);
+/// After the others: it adds World.batch().
+void bind_batch(py::module_& m);
 
 }  // namespace tactus::python

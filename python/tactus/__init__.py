@@ -1,5 +1,7 @@
 """Real objects touch virtual ones. SI units, +Y up; docs/python.md."""
+from ._arrays import shared
 from ._tactus import (
+    Batch,
     Camera,
     Devices,
     Error,
@@ -21,4 +23,6 @@ from ._tactus import (
     run,
 )
 
-__all__ = [name for name in dir() if not name.startswith("_")]
+__all__ = [
+    "Batch", "Camera", "Devices", "Error", "Frame", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception",
+    "Reaction", "Rig", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "run", "shared"]

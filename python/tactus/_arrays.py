@@ -1,0 +1,19 @@
+"""Arrays for libraries that know no read-only memory."""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class _Shared:
+    def __init__(self, array: NDArray[Any]) -> None:
+        self.array = array
+        self.__array_interface__ = array.__array_interface__ | {"data": (array.ctypes.data, False)}
+
+
+def shared(array: NDArray[Any]) -> NDArray[Any]:
+    """The same memory, kept alive, as an array that DLPack takes: torch.from_dlpack(tactus.shared(mesh.positions)). What
+    is written there changes the mesh under others that look at it."""
+    return np.asarray(_Shared(array))
