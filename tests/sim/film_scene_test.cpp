@@ -147,7 +147,7 @@ TEST_P(FilmScene, GoesOnFromACheckpoint) {
   EXPECT_TRUE(seen(second.world) == seen(whole.world)) << "from a checkpoint in each frame, too";
 }
 
-/// Of a cut slab, the walls get wet from their own wounds: vertices that were not there before.
+/// The walls of a cut get wet from their own wounds: vertices that were not there before.
 TEST(FilmScene, WoundsWetTheWallsOfTheirCut) {
   Scene scene = wet_slab();
   scene.fluid->blocks.clear();
@@ -161,6 +161,18 @@ TEST(FilmScene, WoundsWetTheWallsOfTheirCut) {
   EXPECT_GT(std::count_if(film.begin() + static_cast<std::ptrdiff_t>(before), film.end(),
                           [](float m) { return m > 0; }),
             5);
+}
+
+TEST(FilmScene, IsOnByItselfWhereABodyBleedsALiquidWithSurfaceTension) {
+  Scene scene = wet_slab();
+  scene.fluid->film.reset();
+  EXPECT_TRUE(has_film(scene));
+  Scene dry = scene, slack = scene, compressible = scene, apart = scene;
+  dry.bodies.front().bleeding.reset();
+  slack.fluid->surface_tension_n_m = 0;
+  compressible.fluid->solver = LiquidModel::wcsph;
+  apart.bodies.front().contact = false;
+  for (const Scene* other : {&dry, &slack, &compressible, &apart}) EXPECT_FALSE(has_film(*other));
 }
 
 TEST(FilmScene, IsOffWhereTheSceneSaysSo) {

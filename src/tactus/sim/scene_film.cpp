@@ -21,10 +21,11 @@ float reach_m(const SoftBody& body, float spacing_m) {
 }  // namespace
 
 bool has_film(const Scene& scene) {
-  const auto touches = [](const BodyDescription& body) { return body.contact; };
-  if (!scene.fluid || std::none_of(scene.bodies.begin(), scene.bodies.end(), touches)) return false;
+  const auto any = [&](const auto& is) { return std::any_of(scene.bodies.begin(), scene.bodies.end(), is); };
+  if (!scene.fluid || !any([](const BodyDescription& b) { return b.contact; })) return false;
   const LiquidDescription& f = *scene.fluid;
-  return f.film.value_or(false);
+  return f.film.value_or(f.solver == LiquidModel::dfsph && f.surface_tension_n_m > 0 &&
+                         any([](const BodyDescription& b) { return b.bleeding.has_value(); }));
 }
 
 SceneFilm::SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid)

@@ -12,7 +12,8 @@
 
 namespace tactus {
 
-/// Whether the scene's liquid makes a film on its bodies: where the scene says so.
+/// Whether the scene's liquid makes a film on its bodies: where the scene says so, or leaves it open and a
+/// body bleeds, with DFSPH and surface tension that holds the film's edge.
 bool has_film(const Scene& scene);
 
 /// The volume ledger of all films. Exactly: film + stain = (taken - given) particles.

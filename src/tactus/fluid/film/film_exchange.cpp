@@ -39,7 +39,6 @@ FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& setting
       target_(ctx.device(), settings.max_particles),
       claim_(ctx.device(), film.max_vertices()),
       key_(ctx.device(), film.max_vertices()),
-      ring_(ctx.device(), film.max_vertices()),
       most_(ctx.device(), film.max_vertices()),
       place_m_(ctx.device(), film.max_vertices()),
       last_x_m_(ctx.device(), film.max_vertices()),
@@ -77,10 +76,10 @@ void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface,
   start(ctx, surface);
 }
 
-/// Leaves in most_ the largest key within two rings.
+/// Leaves in most_ the largest key within two rings of those that have one.
 void FilmExchange::choose(ExecContext& ctx, const FilmSurface& surface) {
-  ctx.parallel_for("film/ring keys", surface.vertices, RingMax{surface, key_.const_view(), ring_.view()});
-  ctx.parallel_for("film/ring keys", surface.vertices, RingMax{surface, ring_.const_view(), most_.view()});
+  ctx.parallel_for("film/largest key", surface.vertices,
+                   LargestKey{surface, key_.const_view(), most_.view()});
 }
 
 void FilmExchange::take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,

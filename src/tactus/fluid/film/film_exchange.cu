@@ -5,7 +5,7 @@
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindFilmVertex>);
 TACTUS_CUDA_KERNEL(tactus::ClaimVertices);
 TACTUS_CUDA_KERNEL(tactus::KeyClaims);
-TACTUS_CUDA_KERNEL(tactus::RingMax);
+TACTUS_CUDA_KERNEL(tactus::LargestKey);
 TACTUS_CUDA_KERNEL(tactus::TakeParticles);
 TACTUS_CUDA_KERNEL(tactus::KeyThickFilm);
 TACTUS_CUDA_KERNEL(tactus::PlaceGiven);

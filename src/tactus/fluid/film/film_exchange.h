@@ -51,7 +51,7 @@ class FilmExchange {
   NeighbourSearch vertices_, places_;
   Buffer<Index> target_;
   Buffer<std::uint32_t> claim_;
-  Buffer<std::uint64_t> key_, ring_, most_;
+  Buffer<std::uint64_t> key_, most_;
   Buffer<Vec3f> place_m_, last_x_m_;
   Buffer<LiquidRound> round_;
   Buffer<Index> flag_, list_, flagged_, planned_, slot_, id_;

@@ -126,16 +126,25 @@ struct KeyClaims {
   }
 };
 
-/// Thread: vertex. The largest key within a ring.
-struct RingMax {
+/// Thread: vertex. Where it has a key, the largest one within two rings. Few have one.
+struct LargestKey {
   FilmSurface surface;
   View<const std::uint64_t> key;
   View<std::uint64_t> most;
   TACTUS_HD void operator()(Index v) const {
     std::uint64_t m = key[v];
+    if (m != 0)
+      for (Index e = surface.lists[v].begin; e < surface.lists[v].end; ++e)
+        for (int k = 0; k < 3; ++k) m = max(m, within_ring(surface.corners[3 * surface.incident[e] + k]));
+    most[v] = m;
+  }
+
+ private:
+  TACTUS_HD std::uint64_t within_ring(Index v) const {
+    std::uint64_t m = key[v];
     for (Index e = surface.lists[v].begin; e < surface.lists[v].end; ++e)
       for (int k = 0; k < 3; ++k) m = max(m, key[surface.corners[3 * surface.incident[e] + k]]);
-    most[v] = m;
+    return m;
   }
 };
 
