@@ -262,6 +262,19 @@ TEST_F(Viewed, PauseShowsTheFrameAtWhichItStands) {
   EXPECT_EQ(next->number, stands->number + 1);
 }
 
+TEST(LiveRun, LastFrameOfASourceIsSeen) {
+  Scene scene = small_scene();
+  scene.source.frames.last = 19;  // twenty frames
+  LiveRun run(scene, {.devices = "cpu", .tool = ""});
+  run.start({});
+  const double until_s = now_s() + 20;
+  while (run.state() != LiveRun::State::ended && now_s() < until_s)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const auto frame = run.take_frame();
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->number, 20);
+}
+
 TEST_F(Viewed, StopsSoon) {
   start(false);
   ASSERT_NE(next_frame(), nullptr);

@@ -197,7 +197,8 @@ PanelModel panel_model(const std::string& name, const RunHistory& history, LiveR
       longest_N > 0 ? "longest arrow: " + with_unit(static_cast<double>(longest_N), "N") : "no contacts";
   model.stages = stage_bars(frame->stages);
   for (const RunHistory::Curve& curve : history.curves()) model.curves.push_back(curve_of(curve));
-  model.sliders = sliders(*frame, history.scene_parameters(), pending);
+  if (shows("contact") || shows("liquid"))  // cameras alone have nothing to set
+    model.sliders = sliders(*frame, history.scene_parameters(), pending);
   model.notices = frame->notices;
   if (!frame->refusal.empty()) model.notices.push_back(frame->refusal);
   return model;

@@ -28,7 +28,7 @@ struct PanelModel {
   std::string state;   ///< "running at 0.8 of real time"
   std::string clock;   ///< "4.27 s, frame 128"
   std::string tool;    ///< "tool: 0.84 N"; "": none
-  std::string arrows;  ///< the force of the longest arrow
+  std::string arrows;  ///< the force of the longest arrow; "": without bodies
   std::vector<Stage> stages;
   std::vector<Curve> curves;
   std::vector<Slider> sliders;
@@ -51,7 +51,7 @@ std::string short_number(double value);
 /// @param scene_value of the scene file
 PanelModel::Slider slider_of(const SceneParameter& parameter, double scene_value);
 
-/// What was seen so far.
+/// Frames so far: the newest, and curves.
 class RunHistory {
  public:
   /// About 20 s at 30 frames a second.

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tactus/view/image_files.h"
+
 namespace tactus {
 namespace {
 
@@ -47,7 +49,7 @@ void draw_stage(const PanelModel::Stage& stage) {
   ImGui::Dummy({width, height});
 }
 
-void draw_curve(const PanelModel::Curve& curve) {
+void draw_curve(const PanelModel::Curve& curve, float scale) {
   text(curve.name + "  " + curve.now);
   text_at_right(curve.range);
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -60,7 +62,7 @@ void draw_curve(const PanelModel::Curve& curve) {
     const float along = static_cast<float>(i) / steps;
     points.emplace_back(at.x + along * width, at.y + height * (0.95F - 0.9F * curve.heights[i]));
   }
-  list->AddPolyline(points.data(), static_cast<int>(points.size()), kBlue, 0, 1.5F);
+  list->AddPolyline(points.data(), static_cast<int>(points.size()), kBlue, 0, 1.5F * scale);
   ImGui::Dummy({width, height});
 }
 
@@ -146,7 +148,7 @@ PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
   ImGui::SetNextWindowPos({size.x - margin, margin}, 0, {1, 0});
   ImGui::SetNextWindowSizeConstraints(low, high);
   if (!model.curves.empty() && ImGui::Begin("curves", nullptr, kFixed)) {
-    for (const PanelModel::Curve& curve : model.curves) draw_curve(curve);
+    for (const PanelModel::Curve& curve : model.curves) draw_curve(curve, scale_);
     if (!model.tool.empty()) text(model.tool);
     if (!model.arrows.empty()) text(model.arrows);
     for (const std::string& notice : model.notices) {
@@ -214,9 +216,14 @@ void Panels::draw_message(const std::string& line) {
 
 void Panels::draw_labels(const std::vector<PlacedLabel>& labels) {
   ImDrawList* list = ImGui::GetBackgroundDrawList();
-  for (const PlacedLabel& label : labels)
-    list->AddText({static_cast<float>(label.x_px), static_cast<float>(label.y_px)}, color_of(label.color, 1),
+  for (const PlacedLabel& label : labels) {
+    // The same middle as in files, where text is smaller.
+    const float middle = static_cast<float>(label.x_px) +
+                         0.5F * static_cast<float>(text_width_px(label.text, label.height_px));
+    const ImVec2 size = ImGui::CalcTextSize(label.text.c_str());
+    list->AddText({middle - 0.5F * size.x, static_cast<float>(label.y_px)}, color_of(label.color, 1),
                   label.text.c_str());
+  }
 }
 
 void Panels::draw_arrows(const std::vector<ContactArrow>& contacts, const ViewCamera& camera,

@@ -86,20 +86,36 @@ void ViewSink::frame(RunFrame& frame) {
   if (frame.report.dt_s > 0) frame_s_ = frame.report.dt_s;
   // A frame that would replace another unseen isn't copied; when it is paused, the last one is seen.
   is_unseen_ = !newest_.is_empty() && !control_.is_paused();
-  if (!is_unseen_) hand_over(frame);
+  if (is_unseen_) {
+    unseen_ = seen(frame);
+    return;
+  }
+  if (frame.is_new) world_.note_shown();
+  hand_over(seen(frame), frame.notices);
 }
 
-void ViewSink::hand_over(RunFrame& frame) {
+void ViewSink::end(RunNotices& notices) {
+  if (is_unseen_ && turn_ == ViewControl::Turn::go) hand_over(std::move(unseen_), notices);
+  is_unseen_ = false;
+}
+
+ViewSink::Seen ViewSink::seen(const RunFrame& frame) const {
+  Seen seen{frame.number, frame.images.time_s, frame.taken_at_s, 0, frame.report, {}};
+  if (frame.is_new) seen.captured_s = frame.images.captured_s;
+  if (options_.wears_photographs) seen.photos = frame.images.colors;
+  return seen;
+}
+
+void ViewSink::hand_over(Seen seen, const RunNotices& noted) {
   auto shown = std::make_shared<ViewedFrame>();
-  shown->snapshot = frame.snapshot();
-  if (options_.wears_photographs) shown->photos = frame.images.colors;
-  shown->number = frame.number;
-  shown->time_s = frame.images.time_s;
+  shown->snapshot = std::make_shared<const FrameSnapshot>(world_.snapshot());
+  shown->photos = std::move(seen.photos);
+  shown->number = seen.number;
+  shown->time_s = seen.time_s;
   shown->shown_at_s = now_s();
-  shown->substeps = frame.report.substeps;
-  shown->frame_ms = 1e3 * (shown->shown_at_s - frame.taken_at_s);
-  if (frame.is_new && frame.images.captured_s > 0)
-    shown->latency_ms = 1e3 * (shown->shown_at_s - frame.images.captured_s);
+  shown->substeps = seen.report.substeps;
+  shown->frame_ms = 1e3 * (shown->shown_at_s - seen.taken_at_s);
+  if (seen.captured_s > 0) shown->latency_ms = 1e3 * (shown->shown_at_s - seen.captured_s);
   const Timings& timings = world_.timings();
   if (shown->shown_at_s - staged_s_ > kStagesEvery_s) {
     staged_s_ = shown->shown_at_s;
@@ -110,19 +126,19 @@ void ViewSink::hand_over(RunFrame& frame) {
   shown->stages = stages_;
   shown->parameters = parameters_;
   shown->refusal = refusal_;
-  add_values(frame, *shown);
-  add_contacts(frame, *shown);
-  const std::vector<Notice>& notices = frame.notices.notices();
+  add_values(seen.report, *shown);
+  add_contacts(seen.report.dt_s, *shown);
+  const std::vector<Notice>& notices = noted.notices();
   for (std::size_t i = notices.size() - std::min(notices.size(), kMostNotices); i < notices.size(); ++i)
     shown->notices.push_back(notices[i].text + (notices[i].remedy.empty() ? "" : "; " + notices[i].remedy));
   newest_.put(std::move(shown));
   if (on_news_) on_news_();
 }
 
-void ViewSink::add_values(const RunFrame& frame, ViewedFrame& shown) {
+void ViewSink::add_values(const StepReport& report, ViewedFrame& shown) {
   shown.values.push_back({"frame", "ms", shown.frame_ms});
   double touch_N = 0, tool_N = 0;
-  for (const BodyContact& c : frame.report.contacts) {
+  for (const BodyContact& c : report.contacts) {
     const auto force_N = static_cast<double>(length(c.reaction.force_N));
     touch_N += force_N;
     if (c.component == options_.tool) tool_N += force_N;
@@ -144,16 +160,15 @@ void ViewSink::add_values(const RunFrame& frame, ViewedFrame& shown) {
     shown.values.push_back({"kinetic energy", "mJ", 1e3 * kinetic_J});
     shown.values.push_back({"smallest J", "", least_J});
   }
-  if (scene_.fluid)
-    shown.values.push_back({"liquid", "ml", millilitres(frame.report.liquid.here, *scene_.fluid)});
+  if (scene_.fluid) shown.values.push_back({"liquid", "ml", millilitres(report.liquid.here, *scene_.fluid)});
   double cut_cm2 = 0;
   for (const CutScore& cut : world_.cuts()) cut_cm2 += 1e4 * cut.area_m2;
   if (!scene_.blades.empty()) shown.values.push_back({"cut", "cm2", cut_cm2});
 }
 
-void ViewSink::add_contacts(const RunFrame& frame, ViewedFrame& shown) {
-  if (!(frame.report.dt_s > 0)) return;
-  const auto per_s = static_cast<float>(1 / frame.report.dt_s);
+void ViewSink::add_contacts(double dt_s, ViewedFrame& shown) {
+  if (!(dt_s > 0)) return;
+  const auto per_s = static_cast<float>(1 / dt_s);
   std::size_t count = 0;
   for (const BodyDescription& body : scene_.bodies) count += world_.contacts(body.name).size();
   const std::size_t every = 1 + count / kMostArrows;

@@ -54,13 +54,23 @@ class ViewSink final : public FrameSink {
   /// Why it did.
   ViewControl::Turn turn() const { return turn_; }
   void frame(RunFrame& frame) override;
+  /// The last frame of a source is seen.
+  void end(RunNotices& notices) override;
 
  private:
+  /// All of a frame but the state of the world.
+  struct Seen {
+    int number = 0;
+    double time_s = 0, taken_at_s = 0, captured_s = 0;  ///< captured: 0 where no images came
+    StepReport report;
+    std::vector<ColorImage> photos;
+  };
+  Seen seen(const RunFrame& frame) const;
   void move_tool();
   void set_parameters();
-  void hand_over(RunFrame& frame);
-  void add_values(const RunFrame& frame, ViewedFrame& shown);
-  void add_contacts(const RunFrame& frame, ViewedFrame& shown);
+  void hand_over(Seen seen, const RunNotices& notices);
+  void add_values(const StepReport& report, ViewedFrame& shown);
+  void add_contacts(double dt_s, ViewedFrame& shown);
 
   const Scene& scene_;
   World& world_;
@@ -72,6 +82,7 @@ class ViewSink final : public FrameSink {
   double frame_s_;                                           ///< simulated per frame
   double begin_s_ = 0, begin_time_s_ = 0, last_time_s_ = 0;  ///< of the pace
   bool has_begun_ = false, is_unseen_ = false;
+  Seen unseen_;  ///< the last frame, where it wasn't handed over
   std::shared_ptr<const std::vector<SceneParameter>> parameters_;
   std::string refusal_;
   std::vector<StageTime> stages_;
