@@ -112,7 +112,15 @@ void bind_images(py::module_& m) {
               for (Index x = 0; x < mask.width_px; ++x) array.mutable_at(y, x) = mask(x, y);
             return array;
           },
-          py::arg("camera"), "(height, width) bool");
+          py::arg("camera"), "(height, width) bool")
+      .def_property_readonly("depth_count", [](const FrameSet& f) { return f.depths_m.size(); })
+      .def(
+          "depth_m",
+          [](py::object self, std::size_t camera) {
+            const DepthImage& depth = self.cast<const FrameSet&>().depths_m.at(camera);
+            return view_of(depth.pixels.data(), {depth.height_px, depth.width_px}, self);
+          },
+          py::arg("camera"), "(height, width) float32, radial [m], of a depth camera; a view");
 }
 
 /// A hull, and what it was made on.
@@ -202,8 +210,10 @@ int run_loop(const PyScene& scene, py::handle devices, const py::function& on_fr
   const SharedDevices on = devices_of(devices);
   auto seen = std::make_shared<PyPerception>();
   seen->devices = on;
+  seen->scene = scene.scene;
+  seen->rig = from->rig();
   seen->assets = load_body_assets(scene.scene);
-  seen->made = make_perception(*on, scene.scene, from->rig(), seen->assets);
+  seen->made = make_perception(*on, seen->scene, seen->rig, seen->assets);
   const auto world = std::make_shared<PyWorld>(on, scene.scene, seen->made ? seen : nullptr);
   PySink sink(on_frame, py::cast(world));
   FrameLoop loop(*from, world->unheld(), {.most_frames = frames, .should_stop = [] {
@@ -246,7 +256,7 @@ void bind_frames(py::module_& m) {
             p.frame = frame;  // it is read until the next step ended
             return p.made->observe(frame.get(), dt_s);
           },
-          py::arg("frame"), py::arg("dt_s"),
+          py::arg("frame"), py::arg("dt_s"), py::call_guard<py::gil_scoped_release>(),
           "frame: new images, or None. For World.set_surface, before its step of dt_s.")
       .def_property_readonly("devices", [](const PyPerception& p) { return p.devices; })
       .def(

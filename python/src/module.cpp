@@ -132,4 +132,5 @@ PYBIND11_MODULE(_tactus, m) {
   tactus::python::bind_world(m);
   tactus::python::bind_frames(m);
   tactus::python::bind_batch(m);
+  tactus::python::bind_view(m);
 }

@@ -63,6 +63,7 @@ class PyWorld {
   /// For a loop, which calls it on one thread.
   World& unheld() { return *world_; }
   const Scene& scene() const { return scene_; }
+  const BodyAssets& assets() const { return assets_; }
   DeviceSet& devices() { return *devices_; }
   const SharedDevices& shared_devices() const { return devices_; }
   const std::shared_ptr<PyPerception>& perception() const { return perception_; }
@@ -85,5 +86,7 @@ void bind_world(py::module_& m);
 void bind_frames(py::module_& m);
 /// After the others: it adds World.batch().
 void bind_batch(py::module_& m);
+/// After the others: it adds World.show().
+void bind_view(py::module_& m);
 
 }  // namespace tactus::python

@@ -6,6 +6,7 @@ from ._tactus import (
     Devices,
     Error,
     Frame,
+    FrameSource,
     Mesh,
     Monitors,
     Notice,
@@ -20,9 +21,10 @@ from ._tactus import (
     StepReport,
     VisualHull,
     World,
+    open_scene_source,
     run,
 )
 
 __all__ = [
-    "Batch", "Camera", "Devices", "Error", "Frame", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception",
-    "Reaction", "Rig", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "run", "shared"]
+    "Batch", "Camera", "Devices", "Error", "Frame", "FrameSource", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception",
+    "Reaction", "Rig", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "open_scene_source", "run", "shared"]

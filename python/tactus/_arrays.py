@@ -1,10 +1,12 @@
 """Arrays for libraries that know no read-only memory."""
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+if TYPE_CHECKING:  # it takes a fifth of the time of this import
+    from numpy.typing import NDArray
 
 
 class _Shared:
