@@ -192,9 +192,14 @@ PanelModel panel_model(const std::string& name, const RunHistory& history, LiveR
   if (frame->tool_force_N) model.tool = "on the tool: " + with_unit(*frame->tool_force_N, "N");
   float longest_N = 0;
   for (const ContactArrow& c : frame->contacts) longest_N = std::max(longest_N, length(c.force_N));
+  const auto shows = [frame](const char* value) {
+    return std::any_of(frame->values.begin(), frame->values.end(),
+                       [value](const ViewedValue& v) { return v.name == value; });
+  };
   // A line that came and went would move all below it.
-  model.arrows =
-      longest_N > 0 ? "longest arrow: " + with_unit(static_cast<double>(longest_N), "N") : "no contacts";
+  if (shows("contact"))
+    model.arrows =
+        longest_N > 0 ? "longest arrow: " + with_unit(static_cast<double>(longest_N), "N") : "no contacts";
   model.stages = stage_bars(frame->stages);
   for (const RunHistory::Curve& curve : history.curves()) model.curves.push_back(curve_of(curve));
   if (shows("contact") || shows("liquid"))  // cameras alone have nothing to set
