@@ -65,6 +65,11 @@ def document(programs: list[str]) -> dict:
         parts.append(entry(name, number, "Organization: " + maintainer.split(" <")[0], purl))
         kind = "STATIC_LINK" if name in COMPILED_IN else "DYNAMIC_LINK"
         relations.append({"spdxElementId": tactus["SPDXID"], "relationshipType": kind, "relatedSpdxElement": parts[-1]["SPDXID"]})
+    # The page's renderer is in the program as it is; npm keeps no list of that.
+    if any(b"Three.js Authors" in pathlib.Path(p).read_bytes() for p in programs):
+        number = re.search(r"^three=(\S+)", (ROOT / "tools/install_deps.sh").read_text(), re.M).group(1)
+        parts.append(entry("three", number, "Organization: Three.js Authors", f"pkg:npm/three@{number}", "MIT"))
+        relations.append({"spdxElementId": tactus["SPDXID"], "relationshipType": "CONTAINS", "relatedSpdxElement": parts[-1]["SPDXID"]})
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     created = datetime.datetime.fromtimestamp(int(epoch), datetime.timezone.utc) if epoch else datetime.datetime.now(datetime.timezone.utc)
     return {

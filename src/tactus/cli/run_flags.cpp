@@ -35,9 +35,8 @@ void check_recorded(const RunOptions& options, const Scene& scene) {
 
 void check_web(const RunOptions& options) {
   if (options.shows_web) return;
-  for (const auto& [flag, is_given] :
-       {std::pair{"--web-control", options.web_control}, std::pair{"--web-token", !options.web_token.empty()},
-        std::pair{"--web-cert", !options.web_certificate.empty()}})
+  for (const auto& [flag, is_given] : {std::pair{"--web-control", options.web_control},
+                                       std::pair{"--web-token", !options.web_token.empty()}})
     if (is_given) throw usage_error(std::string(flag) + " goes with --web, which is not given");
 }
 
@@ -65,7 +64,6 @@ void add_web_flags(CLI::App& command, RunOptions& options) {
                    "viewers may pause, step, change parameters and hold tools");
   command.add_option("--web-token", options.web_token,
                      "file with the word that viewers must know; without it, one is made where it is needed");
-  command.add_option("--web-cert", options.web_certificate, "PEM file with key and certificate: https");
 }
 
 }  // namespace

@@ -15,17 +15,17 @@ namespace tactus {
 struct RunOptions {
   std::string scene_path, devices = "auto", out = "out", json_path, view = "file";
   std::string checkpoint_path, restart_path;
-  std::string source_path, record_path;         ///< replaces the scene's source; gets its frames
-  bool plain = false;                           ///< a live rig without keys
-  std::string budget;                           ///< of a frame, as 11ms; "": none
-  int frames = 0;                               ///< 0: all
-  bool explain = false;                         ///< where and why bodies are strained
-  std::vector<std::string> contacts;            ///< bodies whose contacts are reported point by point
-  bool shows_web = false;                       ///< to browsers, while it runs
-  std::string web, web_token, web_certificate;  ///< ADDR:PORT; files
-  std::string report_path;                      ///< HTML
-  bool web_control = false;                     ///< browsers may pause, step, set parameters and hold tools
-  std::vector<std::string> parameters;          ///< "NAME=VALUE": of the scene, from its first frame on
+  std::string source_path, record_path;  ///< replaces the scene's source; gets its frames
+  bool plain = false;                    ///< a live rig without keys
+  std::string budget;                    ///< of a frame, as 11ms; "": none
+  int frames = 0;                        ///< 0: all
+  bool explain = false;                  ///< where and why bodies are strained
+  std::vector<std::string> contacts;     ///< bodies whose contacts are reported point by point
+  bool shows_web = false;                ///< to browsers, while it runs
+  std::string web, web_token;            ///< ADDR:PORT; a file
+  std::string report_path;               ///< HTML
+  bool web_control = false;              ///< browsers may pause, step, set parameters and hold tools
+  std::vector<std::string> parameters;   ///< "NAME=VALUE": of the scene, from its first frame on
 };
 
 void add_run_flags(CLI::App& command, RunOptions& options);

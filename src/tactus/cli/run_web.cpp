@@ -42,14 +42,12 @@ std::unique_ptr<WebSink> open_web_sink(const RunOptions& options, const Scene& s
     const auto parameters = world.parameters().list();
     made.parameters.assign(parameters.begin(), parameters.end());
   }
-  made.server.certificate = options.web_certificate;
   if (!options.web_token.empty()) made.server.token = read_token(options.web_token);
   if (!made.server.is_loopback() && made.server.token.empty()) made.server.token = make_web_token();
-  if (!made.server.is_loopback() && made.server.certificate.empty())
-    log_warning(
-        "--web " + made.server.address +
-        " is not encrypted: who listens on the network sees the run and the token; --web-cert encrypts, or "
-        "keep to 127.0.0.1 and forward it (ssh -L 8090:127.0.0.1:8090)");
+  if (!made.server.is_loopback())
+    log_warning("--web " + made.server.address +
+                " is not encrypted: who listens on the network sees the run and the token; rather keep to "
+                "127.0.0.1 and forward it (ssh -L 8090:127.0.0.1:8090 HOST)");
   auto sink = std::make_unique<WebSink>(StreamScene(scene, rig, assets, run_facts(devices)), made);
   if (const std::string missing = web_page_missing(); !missing.empty())
     log_warning("--web: only the stream is served, without " + missing);

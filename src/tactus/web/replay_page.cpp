@@ -61,6 +61,9 @@ std::string replay_page(std::string_view messages) {
     scripts += data_script(name, text_of(name));
   }
   scripts += data_script("messages", messages);
+  if (const WebFile* license = find_web_file("three-license.txt"))
+    scripts +=
+        "<script type=\"text/plain\" id=\"three-license\">\n" + std::string(license->text) + "</script>\n";
   std::string loader(kLoader);
   replace(loader, "NAMES", names + "]");
   replace(page, "</body>", scripts + "<script type=\"module\">" + loader + "</script>\n</body>");

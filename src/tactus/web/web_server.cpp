@@ -92,7 +92,9 @@ class Viewer {
 
 /// Pages may load nothing from elsewhere, nor be framed, nor send forms.
 std::string security_headers(const char* host) {
-  const std::string at = host == nullptr ? "" : host;
+  std::string at = host == nullptr ? "" : host;
+  constexpr const char* kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789.:-";
+  if (at.find_first_not_of(kPlain) != at.npos) at.clear();  // it could end the rule
   return "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' "
          "data:; "
          "connect-src 'self' ws://" +
@@ -238,8 +240,7 @@ int WebServer::Impl::take(mg_connection* connection, int bits, std::string_view 
 }
 
 void WebServer::Impl::start() {
-  const std::string ports =
-      settings.address + ":" + std::to_string(settings.port) + (settings.certificate.empty() ? "" : "s");
+  const std::string ports = settings.address + ":" + std::to_string(settings.port);
   const std::string threads = std::to_string(kMostViewers + 8);
   std::vector<const char*> options{"listening_ports",
                                    ports.c_str(),
@@ -253,9 +254,6 @@ void WebServer::Impl::start() {
                                    "yes",
                                    "tcp_nodelay",
                                    "1"};
-  if (!settings.certificate.empty())
-    options.insert(options.end(),
-                   {"ssl_certificate", settings.certificate.c_str(), "ssl_protocol_version", "4"});
   options.push_back(nullptr);
   mg_callbacks callbacks{};
   callbacks.log_message = [](const mg_connection*, const char*) { return 1; };
@@ -266,7 +264,6 @@ void WebServer::Impl::start() {
   context = mg_start2(&init, &error);
   if (context == nullptr)
     throw Error("--web " + settings.address + ":" + std::to_string(settings.port) + ": can't listen there" +
-                (settings.certificate.empty() ? "" : " with the certificate '" + settings.certificate + "'") +
                 (why[0] == '\0' ? "" : " (" + std::string(why.data()) + ")") +
                 "; another program may: try another port, as --web " + settings.address + ":" +
                 std::to_string(settings.port + 1));
@@ -293,7 +290,7 @@ WebServer::WebServer(const WebSettings& settings, std::string setting, OnMessage
 }
 
 void WebServer::listen() {
-  mg_init_library(impl_->settings.certificate.empty() ? 0 : MG_FEATURES_SSL);
+  mg_init_library(0);  // without TLS: as Debian 12 builds it, it ends the program (OpenSSL 3)
   try {
     impl_->start();
   } catch (...) {
@@ -331,8 +328,7 @@ int WebServer::port() const { return impl_->listening_port; }
 std::string WebServer::url() const {
   const WebSettings& s = impl_->settings;
   const std::string host = s.address == "0.0.0.0" ? "THIS-COMPUTER" : s.address;
-  return (s.certificate.empty() ? "http://" : "https://") + host + ":" + std::to_string(port()) + "/" +
-         (s.token.empty() ? "" : "#token=" + s.token);
+  return "http://" + host + ":" + std::to_string(port()) + "/" + (s.token.empty() ? "" : "#token=" + s.token);
 }
 
 }  // namespace tactus

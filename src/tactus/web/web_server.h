@@ -9,9 +9,8 @@ namespace tactus {
 
 struct WebSettings {
   std::string address = "127.0.0.1";
-  int port = 8090;               ///< 0: one that is free
-  std::string token = {};        ///< "": none is needed, on loopback alone
-  std::string certificate = {};  ///< PEM with key and certificate: TLS; "": none
+  int port = 8090;         ///< 0: one that is free
+  std::string token = {};  ///< "": none is needed, on loopback alone
   bool is_loopback() const { return address == "127.0.0.1"; }
 };
 
