@@ -146,14 +146,15 @@ TEST_F(LiquidPicture, NobodySeesLiquidBehindSomethingSolid) {
   EXPECT_EQ(with.pixels, without.pixels);
 }
 
-/// Four strips of a pale plate seen from above: dry, under 0.1 mm of blood, under 2 mm, and under 0.1 mm that
-/// dried. Green light at 1500 /m comes back through 0.1 mm by e^(-0.3), through 2 mm by e^(-6); red at 160 /m
-/// by e^(-0.03) and e^(-0.64). Colours are the middles of strips, and what the film reflects is 2 %.
+/// Four strips of a pale plate seen from above: dry, past a film's edge, under 0.1 mm of blood, under 2 mm,
+/// and under 0.1 mm that dried. Green light at 1500 /m comes back through 0.1 mm by e^(-0.3), through 2 mm by
+/// e^(-6); red at 160 /m by e^(-0.03) and e^(-0.64). Colours are the middles of strips, and what the film
+/// reflects is 2 %.
 TEST_F(LiquidPicture, FilmDarkensAndReddensWhatItLiesOn) {
   ViewScene scene{.ground = false};
   ViewMesh plate{.name = "plate", .material = {.color = {0.8F, 0.7F, 0.65F}, .specular = 0}};
   plate.film.emplace();
-  constexpr float kThick_m[][2] = {{0, 0}, {1e-4F, 0}, {2e-3F, 0}, {0, 1e-4F}};
+  constexpr float kThick_m[][2] = {{-1e-4F, 0}, {1e-4F, 0}, {2e-3F, 0}, {0, 1e-4F}};
   for (Index k = 0; k < 4; ++k) {
     const float x = 0.04F * static_cast<float>(k - 2);
     const auto first = static_cast<Index>(plate.mesh.positions_m.size());
@@ -182,6 +183,11 @@ TEST_F(LiquidPicture, FilmDarkensAndReddensWhatItLiesOn) {
   EXPECT_GT(thick.r, 2 * thick.g);
   EXPECT_LT(stained.r + 10, thin.r) << "what dried is darker";
   EXPECT_LT(stained.g + 10, thin.g);
+  ViewScene bare = scene;
+  bare.meshes[0].film.reset();
+  const Rgb8 plain = renderer.render(bare, camera)(kWidth / 2 - 73, kHeight / 2);
+  EXPECT_EQ(plain.r, dry.r);
+  EXPECT_EQ(plain.g, dry.g);
   scene.meshes[0].film->stain_m.pop_back();
   EXPECT_THROW(renderer.render(scene, camera), Error);
 }

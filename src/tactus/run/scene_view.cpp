@@ -88,9 +88,22 @@ void smooth_heights(const TriangleMesh& surface, std::vector<float>& height_m) {
     if (area[v] > 0) height_m[v] = volume[v] / area[v];
 }
 
+constexpr int kHeightPasses = 2;
+/// A film's edge follows triangles, in teeth. It is drawn where the share of wet surface round a vertex falls
+/// to kEdge: the height goes from that of the wet part to 0 there, and below 0 beyond.
+/// @param height_m smoothed @param film_m of vertices; changed
+void draw_in_edge(const TriangleMesh& surface, const std::vector<float>& height_m,
+                  std::vector<float>& film_m) {
+  constexpr float kEdge = 0.4F, kDry_m = -1e-4F;
+  std::vector<float> wet(film_m.size());
+  for (std::size_t v = 0; v < wet.size(); ++v) wet[v] = film_m[v] > 0 ? 1.F : 0.F;
+  for (int pass = 0; pass < kHeightPasses; ++pass) smooth_heights(surface, wet);
+  for (std::size_t v = 0; v < wet.size(); ++v)
+    film_m[v] = wet[v] > 0 ? height_m[v] / wet[v] * (wet[v] - kEdge) / (1 - kEdge) : kDry_m;
+}
+
 /// Twice as many reach over a cube of the lattice that carries a surface with half its spacing.
 constexpr int kNormalPasses = 6;
-constexpr int kHeightPasses = 2;
 constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 0.66F};
 
 }  // namespace
@@ -142,6 +155,7 @@ std::optional<ViewFilm> SceneView::film_of(SceneFilm::Thickness lies, TriangleMe
     surface.positions_m[v] += height_m[v] * surface.normals[v];
   compute_normals(surface);
   surface.positions_m = below_m;
+  draw_in_edge(surface, height_m, lies.film_m);
   return ViewFilm{std::move(lies.film_m), std::move(lies.stain_m), liquid.scattered, liquid.absorption_1_m};
 }
 

@@ -123,9 +123,10 @@ float roughness, specular;
 // denser, and lets less red through.
 void wet() {
   vec3 stained = exp(-2.0 * (3.0 * film_absorption_1_m + vec3(900.0)) * film_m.y);
-  vec3 through = exp(-2.0 * film_absorption_1_m * film_m.x);
+  float thick_m = max(film_m.x, 0.0);
+  vec3 through = exp(-2.0 * film_absorption_1_m * thick_m);
   albedo = dry_albedo * stained * through + film_scattered * (1.0 - through);
-  float is_wet = smoothstep(1e-5, 6e-5, film_m.x);
+  float is_wet = smoothstep(1e-5, 6e-5, thick_m);
   roughness = mix(dry_roughness, 0.12, is_wet);
   specular = mix(dry_specular, 0.02, is_wet);
 }
