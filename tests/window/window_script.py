@@ -36,14 +36,15 @@ def skip(why: str) -> None:
 
 
 class Display:
-    """An X server on a number that is free."""
+    """An X server on a number that is free; it stays when its last client goes."""
 
     def __enter__(self):
         read, write = os.pipe()
-        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1920x1080x24", "-nolisten", "tcp"],
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1920x1080x24", "-nolisten", "tcp", "-noreset"],
                                        pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
-        number = os.read(read, 16).decode().strip()
+        with os.fdopen(read) as told:
+            number = told.readline().strip()  # not os.read: Xvfb writes the end of the line by itself
         if not number:
             skip("Xvfb doesn't start")
         os.environ["DISPLAY"] = ":" + number
