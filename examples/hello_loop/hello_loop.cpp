@@ -5,11 +5,11 @@
 
 #include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/run/budget_sink.h"
 #include "tactus/run/frame_loop.h"
 #include "tactus/run/recording_filter.h"
 #include "tactus/run/run_checkpoint.h"
 #include "tactus/run/scene_source.h"
+#include "tactus/run/sinks/budget_sink.h"
 
 using namespace tactus;
 

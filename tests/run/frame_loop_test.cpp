@@ -9,11 +9,11 @@
 #include "tactus/base/error.h"
 #include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/run/mesh_sink.h"
 #include "tactus/run/recording_filter.h"
-#include "tactus/run/report_sink.h"
 #include "tactus/run/run_checkpoint.h"
 #include "tactus/run/scene_source.h"
+#include "tactus/run/sinks/mesh_sink.h"
+#include "tactus/run/sinks/report_sink.h"
 #include "tactus/run/state_hash.h"
 
 namespace tactus {

@@ -3,13 +3,13 @@
 #include <optional>
 
 #include "tactus/cli/run_flags.h"
-#include "tactus/run/explain_sink.h"
 #include "tactus/run/frame_loop.h"
-#include "tactus/run/mesh_sink.h"
-#include "tactus/run/picture_sink.h"
-#include "tactus/run/progress_sink.h"
-#include "tactus/run/report_sink.h"
-#include "tactus/run/usd_sink.h"
+#include "tactus/run/sinks/explain_sink.h"
+#include "tactus/run/sinks/mesh_sink.h"
+#include "tactus/run/sinks/picture_sink.h"
+#include "tactus/run/sinks/progress_sink.h"
+#include "tactus/run/sinks/report_sink.h"
+#include "tactus/run/sinks/usd_sink.h"
 
 namespace tactus {
 

@@ -87,7 +87,7 @@ void add_nodes(pugi::xml_node piece, const CubeLattice& lattice, const std::vect
   add_array(data, "velocity_m_s", 3, speed_m_s);
 }
 
-/// Of cubes that are there: neither cut nor capacity for copies.
+/// @param cubes that are there: neither cut nor capacity for copies
 void add_cubes(pugi::xml_node piece, const CubeLattice& lattice, const std::vector<Index>& number,
                const std::vector<std::size_t>& cubes) {
   constexpr std::uint8_t kHexahedron = 12;

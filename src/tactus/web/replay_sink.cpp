@@ -24,7 +24,7 @@ StreamGrid roomy(const StreamGrid& tight) {
 
 bool holds(const StreamGrid& grid, const StreamGrid& tight) {
   const float side_m = kSteps * tight.step_m, whole_m = kSteps * grid.step_m;
-  // Of a thing that became much smaller, too little would be seen.
+  // A thing that became much smaller would show too little.
   if (side_m < 0.25F * kCoarseSteps * grid.step_m) return false;
   for (int a = 0; a < 3; ++a) {
     const float from_m = tight.origin_m[a] - grid.origin_m[a];

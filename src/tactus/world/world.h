@@ -121,7 +121,7 @@ class World {
   FrameSnapshot snapshot();
   /// The viewer has the snapshot of the last frame: counts the latency of live images.
   void note_shown();
-  /// Of the scene's probes, in its order. Synchronizes.
+  /// What the scene's probes read, in its order. Synchronizes.
   std::vector<ProbeReading> probes();
   /// Monitors of every body, in the scene's order. Synchronizes.
   std::vector<BodyMonitors> monitors();

@@ -67,7 +67,7 @@ class SoftBody {
   /// parts of a material can't change. A recorded frame must be recorded anew.
   void set_young_modulus_Pa(double young_Pa);
   void set_drag_per_s(double drag_per_s) { description_.material.drag_per_s = drag_per_s; }
-  /// Of a body that bleeds; likewise.
+  /// The rate of a body that bleeds; likewise.
   void set_bleeding_m_s(double rate_m_s) { description_.bleeding.value().rate_m_s = rate_m_s; }
   /// Declares its work in a frame: steps, contact, the check of nodes, and the surface that is seen. `world`
   /// and the schedule's frame must outlive its runs.

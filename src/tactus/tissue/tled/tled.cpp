@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <random>
 #include <string>
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/tissue/lattice_part.h"
 #include "tactus/tissue/summary_kernels.h"
+#include "tactus/tissue/tled/damped_step.h"
 #include "tactus/tissue/tled/tile_plan.h"
 
 namespace tactus {
@@ -93,12 +93,6 @@ Kinds find_kinds(const CubeLattice& lattice, const tled::TilePlan& plan,
     kinds.of_cell[static_cast<std::size_t>(plan.cube_cell[c])] = at->second;
   }
   return kinds;
-}
-
-/// With damping time b the step of a mode omega must stay below (2/omega) (sqrt(1 + z^2) - z), z = b omega/2.
-float damped_step_s(float undamped_step_s, float damping_time_s) {
-  const float z = damping_time_s / undamped_step_s;
-  return undamped_step_s * (std::sqrt(1 + z * z) - z);
 }
 
 template <class Tiles>
@@ -465,45 +459,6 @@ std::vector<Vec3f> Tled::forces_N(ExecContext& ctx) const {
     forces[i] = {fields[c], fields[cells + c], fields[2 * cells + c]};
   }
   return forces;
-}
-
-// The largest eigenvalue of M^-1 K, K from forces of small displacements. Round-off limits the quotient to
-// about 1 %, which the factor of 0.95 covers.
-float Tled::measure_stable_step(ExecContext& ctx, const CubeLattice& lattice, int iterations) {
-  const std::vector<Vec3f> rest = lattice.rest_positions_m();
-  BodyState state = rest_state(ctx, lattice);
-  std::vector<Vec3f> d(rest.size()), x(rest.size());
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> uniform(-1, 1);
-  for (Vec3f& p : d) p = {uniform(random), uniform(random), uniform(random)};
-  double eigenvalue = 0;
-  const float size = 1e-3F * spacing_m_;
-  for (int k = 0; k < iterations; ++k) {
-    float largest = 0;
-    for (std::size_t i = 0; i < d.size(); ++i) {
-      d[i] = free_part(d[i], lattice.fixed[i]);
-      largest = std::max(largest, length(d[i]));
-    }
-    for (std::size_t i = 0; i < d.size(); ++i) {
-      d[i] = (size / largest) * d[i];
-      x[i] = rest[i] + d[i];
-      d[i] = x[i] - rest[i];
-    }
-    state.x_m = to_device(ctx, x);
-    compute_forces(ctx, state);
-    const std::vector<Vec3f> f = forces_N(ctx);
-    double over = 0, under = 0;
-    for (std::size_t i = 0; i < d.size(); ++i) {
-      if (lattice.fixed[i] == kAllAxes) continue;
-      over -= static_cast<double>(dot(d[i], f[i]));
-      under += static_cast<double>(lattice.node_mass_kg[i]) * static_cast<double>(dot(d[i], d[i]));
-      d[i] = (-1 / lattice.node_mass_kg[i]) * f[i];
-    }
-    eigenvalue = std::max(eigenvalue, over / under);
-  }
-  const float undamped = static_cast<float>(2 / std::sqrt(eigenvalue));
-  stable_step_s_ = 0.95F * damped_step_s(undamped, damping_time_s_);
-  return stable_step_s_;
 }
 
 }  // namespace tactus

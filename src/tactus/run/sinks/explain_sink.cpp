@@ -1,4 +1,4 @@
-#include "tactus/run/explain_sink.h"
+#include "tactus/run/sinks/explain_sink.h"
 
 #include <cstdio>
 

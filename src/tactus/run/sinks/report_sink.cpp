@@ -1,4 +1,4 @@
-#include "tactus/run/report_sink.h"
+#include "tactus/run/sinks/report_sink.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Film and contact sheet of a run, drawn beside the physics.
-#include "tactus/run/budget_sink.h"
 #include "tactus/run/picture_thread.h"
+#include "tactus/run/sinks/budget_sink.h"
 
 namespace tactus {
 

@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "tactus/run/crush_sink.h"
+#include "tactus/run/sinks/crush_sink.h"
 
 namespace tactus {
 

@@ -1,4 +1,4 @@
-#include "tactus/run/mesh_sink.h"
+#include "tactus/run/sinks/mesh_sink.h"
 
 #include <cstdio>
 #include <filesystem>

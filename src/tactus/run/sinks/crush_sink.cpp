@@ -1,4 +1,4 @@
-#include "tactus/run/crush_sink.h"
+#include "tactus/run/sinks/crush_sink.h"
 
 #include <algorithm>
 

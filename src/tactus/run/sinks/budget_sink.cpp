@@ -1,4 +1,4 @@
-#include "tactus/run/budget_sink.h"
+#include "tactus/run/sinks/budget_sink.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tactus/run/usd_sink.h"
+#include "tactus/run/sinks/usd_sink.h"
 
 #include "tactus/view/scene.h"
 

@@ -1,4 +1,4 @@
-#include "tactus/run/progress_sink.h"
+#include "tactus/run/sinks/progress_sink.h"
 
 #include <cstdio>
 

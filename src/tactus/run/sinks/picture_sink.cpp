@@ -1,4 +1,4 @@
-#include "tactus/run/picture_sink.h"
+#include "tactus/run/sinks/picture_sink.h"
 
 #include <cstdio>
 
