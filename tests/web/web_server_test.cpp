@@ -144,9 +144,9 @@ TEST_F(WebServerTest, AStalledViewerDelaysNobody) {
     longest_s = std::max(longest_s, now_s() - begin_s);
     ASSERT_EQ(viewer.receive().value_or(WsClient::Message{}).bytes.size(), frame->size()) << i;
   }
-  // To publish is to store a pointer under a lock. 50 ms are a scheduler's worst on a loaded machine; the
-  // stalled viewer's socket would hold a writer for 10 s.
-  EXPECT_LT(longest_s, 0.05);
+  // To publish is to store a pointer under a lock; the stalled viewer's socket holds a writer for 10 s. A
+  // machine that does much else may take this thread's turn for some tenths of a second.
+  EXPECT_LT(longest_s, 1);
 }
 
 TEST_F(WebServerTest, TooManyViewersAreTurnedAway) {

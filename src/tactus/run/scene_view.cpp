@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "tactus/geom/mesh/mesh_creases.h"
-#include "tactus/run/still_obstacles.h"
+#include "tactus/sim/still_obstacles.h"
 
 namespace tactus {
 namespace {

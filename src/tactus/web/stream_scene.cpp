@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tactus/geom/mesh/mesh_creases.h"
-#include "tactus/run/still_obstacles.h"
+#include "tactus/sim/still_obstacles.h"
 
 namespace tactus {
 namespace {

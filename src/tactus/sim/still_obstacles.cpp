@@ -1,4 +1,4 @@
-#include "tactus/run/still_obstacles.h"
+#include "tactus/sim/still_obstacles.h"
 
 #include "tactus/geom/mesh/box_surface.h"
 #include "tactus/geom/mesh/sphere_surface.h"
