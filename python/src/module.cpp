@@ -132,5 +132,6 @@ PYBIND11_MODULE(_tactus, m) {
   tactus::python::bind_world(m);
   tactus::python::bind_frames(m);
   tactus::python::bind_batch(m);
+  tactus::python::bind_doctor(m);
   tactus::python::bind_view(m);
 }

@@ -84,6 +84,7 @@ class PyWorld {
 void bind_scene(py::module_& m);
 void bind_world(py::module_& m);
 void bind_frames(py::module_& m);
+void bind_doctor(py::module_& m);
 /// After the others: it adds World.batch().
 void bind_batch(py::module_& m);
 /// After the others: it adds World.show().

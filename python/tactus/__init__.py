@@ -4,6 +4,8 @@ from ._tactus import (
     Batch,
     Camera,
     Devices,
+    Diagnosis,
+    DoctorFinding,
     Error,
     Frame,
     FrameSource,
@@ -21,10 +23,11 @@ from ._tactus import (
     StepReport,
     VisualHull,
     World,
+    examine_rig,
     open_scene_source,
     run,
 )
 
 __all__ = [
-    "Batch", "Camera", "Devices", "Error", "Frame", "FrameSource", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception",
-    "Reaction", "Rig", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "open_scene_source", "run", "shared"]
+    "Batch", "Camera", "Devices", "Diagnosis", "DoctorFinding", "Error", "Frame", "FrameSource", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception",
+    "Reaction", "Rig", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "examine_rig", "open_scene_source", "run", "shared"]

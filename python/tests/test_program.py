@@ -67,6 +67,22 @@ def test_sources_say_what_is_wrong():
         tactus.open_scene_source(tactus.Scene({"source": {"kind": "masks", "path": "nowhere.yaml"}}))
 
 
+def test_swapped_cameras_are_found_and_cured():
+    source = tactus.open_scene_source(tactus.Scene({"source": {"kind": "synthetic", "figure": "hand"}}))
+    frame = source.next_frame()
+    masks = [frame.mask(k) for k in range(len(source.rig.cameras))]
+    well = tactus.examine_rig(source.rig, [tactus.Frame(masks)])
+    assert well.verdict == "well" and min(well.recall_before) > 0.96 and not [f for f in well.findings if f.is_fault]
+    masks[2], masks[5] = masks[5], masks[2]
+    faulty = tactus.examine_rig(source.rig, [tactus.Frame(masks)])
+    assert faulty.verdict == "faulty" and {(f.camera, f.other) for f in faulty.findings} == {(2, 5)}
+    assert min(faulty.recall_before) < 0.9 < 0.96 < min(faulty.recall_after)
+    with pytest.raises(tactus.Error, match="frames is empty"):
+        tactus.examine_rig(source.rig, [])
+    with pytest.raises(tactus.Error, match=r"frames\[0\] has 7 masks, expected one for each of the 8 cameras"):
+        tactus.examine_rig(source.rig, [tactus.Frame(masks[:7])])
+
+
 def test_import_is_quick():
     """At most 60 ms of the processor, beside numpy's: a busy machine takes longer on the clock."""
     script = ("import numpy, time\nbegin = time.process_time()\nimport tactus\nprint(time.process_time() - begin)")
