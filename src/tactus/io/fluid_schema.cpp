@@ -113,8 +113,9 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
   v.choice<std::optional<bool>>(
       {"film",
        "whether liquid that touches a body slowly becomes a film on it, which flows, follows cuts, and drips "
-       "where it is thick; `auto`: where a body bleeds, the solver is dfsph and 'surface_tension_n_m' is > "
-       "0"},
+       "where it is thick; not for bodies in a pool, whose liquid it would soak up; `auto`: where a body "
+       "bleeds, "
+       "the solver is dfsph and 'surface_tension_n_m' is > 0"},
       f.film, {{"auto", std::nullopt}, {"true", true}, {"false", false}});
   v.choice({"looks", "how it is drawn"}, f.looks,
            {{"blood", LiquidLooks::blood}, {"water", LiquidLooks::water}});
