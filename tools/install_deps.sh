@@ -19,10 +19,12 @@ case ${1:-} in view | tests) packages+=(libglfw3-dev libimgui-dev libgl1 fonts-d
 if [ "${1:-}" = tests ]; then packages+=(xvfb xdotool imagemagick libgtest-dev libopencv-imgcodecs-dev libopencv-videoio-dev python3 python3-zmq xz-utils); fi
 # The page's renderer, of npm: one file, which the build puts into the program.
 three=0.170.0
-if [ "${1:-}" = web ] && [ ! -e "$(dirname "$0")/../node_modules/three/build/three.module.min.js" ]; then
+case ${1:-} in web | tests) ;; *) three="" ;; esac
+if [ -n "$three" ] && [ ! -e "$(dirname "$0")/../node_modules/three/build/three.module.min.js" ]; then
   if command -v npm >/dev/null; then
-    npm install --prefix "$(dirname "$0")/.." --no-save --no-package-lock --ignore-scripts --no-audit --no-fund "three@$three"
-  else
+    npm install --prefix "$(dirname "$0")/.." --no-save --no-package-lock --ignore-scripts --no-audit --no-fund "three@$three" ||
+      echo "npm could not get three: without it, --web has no page, and there is no --report." >&2
+  elif [ "$1" = web ]; then
     echo "The page of --web is drawn by three, which npm brings. Install npm (https://nodejs.org, or: apt-get install npm), and run" \
       "this again." >&2
   fi

@@ -1,9 +1,13 @@
 #include "tactus/web/web_server.h"
 
 #include <civetweb.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <condition_variable>
 #include <cstring>
 #include <deque>
@@ -112,6 +116,18 @@ void answer(mg_connection* connection, const char* status, std::string_view type
                            security_headers(mg_get_header(connection, "Host")) + "Connection: close\r\n\r\n";
   mg_write(connection, head.data(), head.size());
   if (with_text) mg_write(connection, text.data(), text.size());
+}
+
+/// Connects to a port of this computer, and leaves.
+void wake(int port) {
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(port));
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return;
+  static_cast<void>(::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to));
+  ::close(fd);
 }
 
 std::string query_value(const mg_request_info& request, const char* key) {
@@ -301,7 +317,13 @@ void WebServer::listen() {
 
 WebServer::~WebServer() {
   if (impl_->context == nullptr) return;
+  // civetweb's listener looks every two seconds whether it should end; a connection wakes it up.
+  std::thread wakes([port = impl_->listening_port] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    wake(port);
+  });
   mg_stop(impl_->context);
+  wakes.join();
   mg_exit_library();
 }
 
