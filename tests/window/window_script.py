@@ -192,6 +192,13 @@ def use(program: str, folder: pathlib.Path) -> None:
     number = window.frame()
     time.sleep(1)
     check(window.frame() == number, "space pauses")
+    window.key("k")
+    for i in (1, 2, 3):
+        window.key("period")
+        window.wait_for(f"paused, frame {number + i}$", "a step after the kept frame")
+    window.key("b")
+    window.wait_for(f"paused, frame {number + 1}$", "back to the frame after the kept one")
+    check(True, "k keeps a frame, b goes back to it")
     window.key("r")
     window.wait_for("paused, frame 1$", "restart")
     check(True, "r starts again")

@@ -246,6 +246,31 @@ TEST_F(Viewed, RestartBeginsAtTheFirstFrameAndThePaceIsThatOfTime) {
   EXPECT_NE(run_.take_view(), nullptr);
 }
 
+/// To the bit: the archive has all that the coming frames depend on.
+TEST_F(Viewed, KeptFrameIsSimulatedAgainWithTheSameBits) {
+  start(true);
+  ASSERT_NE(next_frame(), nullptr);
+  run_.control().set_parameter("gravity_m_s2.y", -5);
+  for (int i = 0; i < 4; ++i) ASSERT_NE(step(), nullptr);
+  run_.control().keep();
+  while (run_.kept_frame() == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(run_.kept_frame(), 5);
+  std::vector<std::vector<Vec3f>> first;
+  for (int i = 0; i < 6; ++i) first.push_back(step()->snapshot->bodies[0].positions_m);
+  run_.control().go_back();
+  std::shared_ptr<const ViewedFrame> frame = next_frame();  // the one after the kept one
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->number, 6);
+  EXPECT_EQ(value(*frame, "gravity_m_s2.y"), -5);
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    ASSERT_NE(frame, nullptr);
+    EXPECT_EQ(frame->number, 6 + static_cast<int>(i));
+    EXPECT_EQ(frame->snapshot->bodies[0].positions_m, first[i]) << "frame " << frame->number;
+    frame = step();
+  }
+  EXPECT_NE(first[0], first[5]);
+}
+
 /// A picture that takes long leaves frames unseen; the one at which it pauses is seen.
 TEST_F(Viewed, PauseShowsTheFrameAtWhichItStands) {
   start(false);

@@ -59,9 +59,32 @@ void LiveRun::work() noexcept {
   if (on_news_) on_news_();
 }
 
+int LiveRun::kept_frame() const {
+  const std::lock_guard lock(mutex_);
+  return kept_.number;
+}
+
+void LiveRun::keep(World& world, const RunProgress& progress, int number) {
+  if (scene_.source.kind == SourceKind::live) return;  // what it gave is gone
+  StateArchive a;
+  world.archive(a, nullptr);
+  const std::lock_guard lock(mutex_);
+  kept_ = {a.bytes(), progress, number};
+}
+
+RunProgress LiveRun::go_back(FrameSource& source, World& world) const {
+  FrameSet frame;
+  std::optional<FrameSet> last;  // that had images
+  for (std::int64_t i = 0; i < kept_.progress.taken; ++i)
+    if (source.next(frame) == NextFrame::success) last = frame;
+  StateArchive a(kept_.bytes, "the kept frame");
+  world.archive(a, last ? &*last : nullptr);
+  return kept_.progress;
+}
+
 ViewControl::Turn LiveRun::run_once(DeviceSet& devices) {
   set_state(State::building);
-  control_.begin();
+  const bool goes_back = control_.begin() && kept_.number > 0;
   const std::unique_ptr<FrameSource> source = open_scene_source(scene_, options_.named);
   const BodyAssets assets = load_body_assets(scene_);
   const auto perception = make_perception(devices, scene_, source->rig(), assets);
@@ -70,17 +93,33 @@ ViewControl::Turn LiveRun::run_once(DeviceSet& devices) {
   if (scene_.view.show_models) view->show_models(element_triangles(world));
   frame_.take();
   view_.put(std::move(view));
+  RunProgress progress;
+  if (goes_back) progress = go_back(*source, world);
   set_state(State::running);
   ViewSink sink(scene_, world, control_, frame_, on_news_,
                 {.tool = options_.tool,
                  .keeps_pace = scene_.source.kind != SourceKind::live,
-                 .wears_photographs = scene_.view.photographs > 0});
-  FrameLoop loop(*source, world, {.should_stop = [&sink] { return !sink.may_go_on(); }});
+                 .wears_photographs = scene_.view.photographs > 0,
+                 .frames_before = goes_back ? kept_.number : 0});
+  FrameLoop* at = nullptr;
+  const auto should_stop = [&] {
+    while (!sink.may_go_on()) {
+      if (sink.turn() != ViewControl::Turn::keep) return true;
+      keep(world, at->progress(), sink.number());
+    }
+    return false;
+  };
+  FrameLoop loop(*source, world, {.should_stop = should_stop});
+  at = &loop;
+  loop.go_on_from(progress);
   loop.add(sink);
   loop.run();
   if (sink.turn() != ViewControl::Turn::go) return sink.turn();
   set_state(State::ended);
-  return control_.wait_for_restart();
+  ViewControl::Turn turn = control_.wait_for_restart();
+  for (; turn == ViewControl::Turn::keep; turn = control_.wait_for_restart())
+    keep(world, loop.progress(), sink.number());
+  return turn;
 }
 
 }  // namespace tactus

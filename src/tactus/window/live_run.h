@@ -6,6 +6,7 @@
 #include <string>
 #include <thread>
 
+#include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_view.h"
 #include "tactus/window/view_sink.h"
 
@@ -43,11 +44,22 @@ class LiveRun {
   std::unique_ptr<SceneView> take_view() { return view_.take(); }
   /// The newest frame since the last call, or nullptr.
   std::shared_ptr<const ViewedFrame> take_frame() { return frame_.take(); }
+  /// Number of the frame that is kept; 0: none.
+  int kept_frame() const;
   /// @throws the exception that ended the physics; nothing where none did.
   void rethrow_failure();
 
  private:
   void work() noexcept;
+  /// State after a frame, and how far its source had come.
+  struct Kept {
+    std::string bytes;
+    RunProgress progress;
+    int number = 0;
+  };
+  void keep(World& world, const RunProgress& progress, int number);
+  /// Takes from the source the frames so far again. @returns how far it has come
+  RunProgress go_back(FrameSource& source, World& world) const;
   /// From start to stop or restart.
   ViewControl::Turn run_once(DeviceSet& devices);
   void set_state(State state);
@@ -63,6 +75,7 @@ class LiveRun {
   State state_ = State::building;
   bool has_ended_ = false;
   std::exception_ptr failure_;
+  Kept kept_;  ///< number 0: nothing
   std::thread thread_;
 };
 

@@ -100,6 +100,8 @@ std::vector<HelpLine> help_lines(bool has_tool) {
                               {"space", "pause, go on"},
                               {".", "one frame, then pause"},
                               {"r", "start again"},
+                              {"k", "keep this frame"},
+                              {"b", "back to it, and simulate again"},
                               {"c", "contacts as arrows"},
                               {"v", "the scene's own view"},
                               {"s", "save the picture, without panels"},
@@ -178,10 +180,11 @@ std::vector<PanelModel::Slider> sliders(const ViewedFrame& frame,
 }  // namespace
 
 PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
-                       bool is_paused, const std::map<std::string, double>& pending) {
+                       bool is_paused, const std::map<std::string, double>& pending, int kept_frame) {
   PanelModel model;
   model.state = state_text(state, is_paused, history.pace());
   model.title = "tactus: " + name + ", " + state_word(state, is_paused);
+  if (kept_frame > 0) model.kept = "b goes back to frame " + std::to_string(kept_frame);
   const ViewedFrame* frame = history.newest();
   if (frame == nullptr) return model;
   char text[96];

@@ -28,6 +28,7 @@ struct PanelModel {
   std::string state;   ///< "running at 0.8 of real time"
   std::string clock;   ///< "4.27 s, frame 128"
   std::string tool;    ///< "tool: 0.84 N"; "": none
+  std::string kept;    ///< "b goes back to frame 128"; "": nothing is kept
   std::string arrows;  ///< the force of the longest arrow; "": without bodies
   std::vector<Stage> stages;
   std::vector<Curve> curves;
@@ -79,7 +80,8 @@ class RunHistory {
 };
 
 /// @param name of the scene @param pending parameters that were set since the newest frame
+/// @param kept_frame LiveRun::kept_frame
 PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
-                       bool is_paused, const std::map<std::string, double>& pending = {});
+                       bool is_paused, const std::map<std::string, double>& pending = {}, int kept_frame = 0);
 
 }  // namespace tactus

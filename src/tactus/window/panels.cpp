@@ -131,6 +131,7 @@ PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
   if (ImGui::Begin("run", nullptr, kFixed)) {
     text(model.state);
     text(model.clock);
+    if (!model.kept.empty()) text(model.kept);
     requests.toggle_pause = ImGui::Button(is_paused ? "Go on" : "Pause");
     ImGui::SameLine();
     requests.step = ImGui::Button("One step");

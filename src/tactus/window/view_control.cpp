@@ -34,6 +34,18 @@ void ViewControl::restart() {
   changed_.notify_all();
 }
 
+void ViewControl::keep() {
+  const std::lock_guard lock(mutex_);
+  keeps_ = true;
+  changed_.notify_all();
+}
+
+void ViewControl::go_back() {
+  const std::lock_guard lock(mutex_);
+  restarts_ = goes_back_ = true;
+  changed_.notify_all();
+}
+
 void ViewControl::stop() {
   const std::lock_guard lock(mutex_);
   stops_ = true;
@@ -70,13 +82,14 @@ std::map<std::string, double> ViewControl::take_parameters() {
   return std::exchange(parameters_, {});
 }
 
-void ViewControl::begin() {
+bool ViewControl::begin() {
   const std::lock_guard lock(mutex_);
-  restarts_ = false;
+  restarts_ = keeps_ = false;
   is_first_ = true;
   steps_due_ = 0;
   tool_target_m_.reset();
   parameters_.clear();
+  return std::exchange(goes_back_, false);
 }
 
 ViewControl::Turn ViewControl::wait_for_turn(double earliest_s, bool is_unseen) {
@@ -84,6 +97,7 @@ ViewControl::Turn ViewControl::wait_for_turn(double earliest_s, bool is_unseen) 
   for (;;) {
     if (stops_) return Turn::stop;
     if (restarts_) return Turn::restart;
+    if (std::exchange(keeps_, false)) return Turn::keep;
     if (is_first_ || steps_due_ > 0 || (is_paused_ && is_unseen)) break;
     const double wait_s = earliest_s - now_s();
     if (is_paused_)
@@ -100,8 +114,10 @@ ViewControl::Turn ViewControl::wait_for_turn(double earliest_s, bool is_unseen) 
 
 ViewControl::Turn ViewControl::wait_for_restart() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return stops_ || restarts_; });
-  return stops_ ? Turn::stop : Turn::restart;
+  changed_.wait(lock, [this] { return stops_ || restarts_ || keeps_; });
+  if (stops_ || restarts_) return stops_ ? Turn::stop : Turn::restart;
+  keeps_ = false;
+  return Turn::keep;
 }
 
 }  // namespace tactus

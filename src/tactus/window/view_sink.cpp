@@ -30,6 +30,7 @@ ViewSink::ViewSink(const Scene& scene, World& world, ViewControl& control,
       on_news_(std::move(on_news)),
       options_(std::move(options)),
       frame_s_(scene.frame.dt_s.value_or(1 / scene.source.fps.value_or(30))) {
+  number_ = options_.frames_before;
   for (const BodyDescription& body : scene.bodies) world.report_contacts(body.name);
 }
 
@@ -83,6 +84,7 @@ void ViewSink::frame(RunFrame& frame) {
     has_begun_ = true;
   }
   last_time_s_ = frame.images.time_s;
+  number_ = frame.number + options_.frames_before;
   if (frame.report.dt_s > 0) frame_s_ = frame.report.dt_s;
   // A frame that would replace another unseen isn't copied; when it is paused, the last one is seen.
   is_unseen_ = !newest_.is_empty() && !control_.is_paused();
@@ -100,7 +102,7 @@ void ViewSink::end(RunNotices& notices) {
 }
 
 ViewSink::Seen ViewSink::seen(const RunFrame& frame) const {
-  Seen seen{frame.number, frame.images.time_s, frame.taken_at_s, 0, frame.report, {}};
+  Seen seen{number_, frame.images.time_s, frame.taken_at_s, 0, frame.report, {}};
   if (frame.is_new) seen.captured_s = frame.images.captured_s;
   if (options_.wears_photographs) seen.photos = frame.images.colors;
   return seen;

@@ -43,6 +43,7 @@ class ViewSink final : public FrameSink {
     double tool_speed_m_s = 0.5;  ///< a hand's; faster, it would go through what it should push
     bool keeps_pace = true;       ///< one second of the source takes one; live sources keep it themselves
     bool wears_photographs = false;
+    int frames_before = 0;  ///< where it goes on from a kept state
   };
   /// @param on_news called after each frame that was handed over, on the physics' thread. Keeps references.
   ViewSink(const Scene& scene, World& world, ViewControl& control,
@@ -54,6 +55,8 @@ class ViewSink final : public FrameSink {
   /// Why it did.
   ViewControl::Turn turn() const { return turn_; }
   void frame(RunFrame& frame) override;
+  /// The last frame's.
+  int number() const { return number_; }
   /// The last frame of a source is seen.
   void end(RunNotices& notices) override;
 
@@ -82,6 +85,7 @@ class ViewSink final : public FrameSink {
   double frame_s_;                                           ///< simulated per frame
   double begin_s_ = 0, begin_time_s_ = 0, last_time_s_ = 0;  ///< of the pace
   bool has_begun_ = false, is_unseen_ = false;
+  int number_ = 0;
   Seen unseen_;  ///< the last frame, where it wasn't handed over
   std::shared_ptr<const std::vector<SceneParameter>> parameters_;
   std::string refusal_;

@@ -85,6 +85,8 @@ class ViewWindow {
     if (code == ' ') run_.control().toggle_pause();
     if (code == '.') run_.control().step();
     if (code == 'r') run_.control().restart();
+    if (code == 'k') run_.control().keep();
+    if (code == 'b' && run_.kept_frame() > 0) run_.control().go_back();
     if (code == 'h') shows_help_ = !shows_help_;
     if (code == 'c') shows_contacts_ = !shows_contacts_;
     if (code == 'q') closes_ = true;
@@ -151,8 +153,8 @@ class ViewWindow {
   void draw_panels(Vec2i size) {
     ViewControl& control = run_.control();
     const bool is_paused = control.is_paused();
-    const PanelModel model =
-        panel_model(options_.name, history_, run_.state(), is_paused, control.pending_parameters());
+    const PanelModel model = panel_model(options_.name, history_, run_.state(), is_paused,
+                                         control.pending_parameters(), run_.kept_frame());
     window_.set_title(model.title);
     panels_.begin(text_scale(window_.content_scale(), size));
     if (has_picture_) {
