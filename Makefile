@@ -3,6 +3,8 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 DEVICES ?= auto
+# Debian's Python has Debian's numpy, whatever stands before it in the path.
+PYTHON ?= $(or $(wildcard /usr/bin/python3),python3)
 # More for cmake: CONFIGURE='-DCMAKE_CUDA_ARCHITECTURES=90-real;75-virtual'
 CONFIGURE ?=
 # What is left, and for how long it has run.
@@ -35,7 +37,7 @@ python:          ## the Python module, at build/python, and its tests
 	@tools/install_deps.sh python
 	@tools/configure.sh $(BUILD) -DTACTUS_TESTS=OFF -DTACTUS_PYTHON=ON $(if $(CONFIGURE),'$(CONFIGURE)')
 	cmake --build $(BUILD) -j $(JOBS) --target tactus tactus_python
-	PYTHONPATH=$(BUILD)/python TACTUS_SOURCE_DIR=. TACTUS_PROGRAM=$(BUILD)/tactus python3 -m pytest -q python/tests
+	PYTHONPATH=$(BUILD)/python TACTUS_SOURCE_DIR=. TACTUS_PROGRAM=$(BUILD)/tactus $(PYTHON) -m pytest -q python/tests
 
 complete:        ## the program with live cameras, calibration, markers, TIFF and TOML, at build/tactus
 	@tools/install_deps.sh complete
