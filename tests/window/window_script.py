@@ -227,6 +227,13 @@ def main() -> None:
         folder = pathlib.Path(sys.argv[3] if len(sys.argv) > 3 else made).resolve()
         folder.mkdir(exist_ok=True)
         (folder / "small.yaml").write_text(SCENE)
+        for words, code, text in (
+            (["nowhere.yaml"], 1, "'nowhere.yaml': no such file"),
+            (["small.yaml", "--size", "10x10"], 2, "--size '10x10': expected pixels as 1280x720"),
+            (["small.yaml", "--tool", "bal"], 2, "--tool 'bal': the scene has no obstacle of this name with 'held: true'; did you mean 'ball'?"),
+        ):
+            ran = subprocess.run([program, "view", *words], cwd=folder, env=environment, capture_output=True, text=True)
+            check(ran.returncode == code and text in ran.stderr, f"{' '.join(words)}: {ran.stderr.strip()}")
         refused = subprocess.run([program, "view", "small.yaml"], cwd=folder, env=environment, capture_output=True, text=True)
         check(refused.returncode == 1 and "DISPLAY" in refused.stderr and refused.stderr.count("\n") == 1,
               "no display: one message with the way out")

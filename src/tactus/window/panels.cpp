@@ -198,6 +198,7 @@ void Panels::draw_sliders(const PanelModel& model, float top_px, PanelRequests& 
 void Panels::draw_help(bool has_tool) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, 0, {0.5F, 0.5F});
+  ImGui::SetNextWindowBgAlpha(0.98F);  // panels are below it in a small window
   if (ImGui::Begin("help", nullptr, kFixed)) {
     for (const HelpLine& line : help_lines(has_tool)) {
       ImGui::TextUnformatted(line.key);
