@@ -136,6 +136,18 @@ TEST(StreamMessage, ManyVerticesHaveWideIndices) {
   EXPECT_EQ(corner, 69999U);
 }
 
+TEST(StreamMessage, AFilmFollowsTheTriangles) {
+  const TriangleMesh one{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {{0, 1, 2}}};
+  StreamMessage message(StreamKind::frame, 1, 0, 0);
+  message.add_surface({BlockRole::body, "wet"}, one, std::string_view("\x00\x07\xff", 3));
+  const std::string bytes = message.take();
+  const Message m = read(bytes);
+  EXPECT_EQ(m.blocks[0].flags, kHasFilm);
+  // 3 vertices of 8 bytes, 3 corners of 2, 3 bytes of film, filled to a multiple of 4.
+  EXPECT_EQ(m.blocks[0].data.size(), 36U);
+  EXPECT_EQ(m.blocks[0].data.substr(30, 3), std::string_view("\x00\x07\xff", 3));
+}
+
 TEST(StreamMessage, NumbersThatAreNoneHarmNothingElse) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   const std::vector<Vec3f> drops{{0, 0, 0}, {nan, 0, 0}, {1, 1, 1}, {0, inf, 0}};

@@ -75,7 +75,7 @@ void ReplaySink::frame(RunFrame& frame) {
 
 ReplaySink::Block ReplaySink::block_of(BlockKind kind, const BlockStyle& style,
                                        std::span<const Vec3f> positions_m, std::span<const Vec3f> normals) {
-  Block block{kind, style.role, std::string(style.name), style.color, 0, {}, {}, nullptr};
+  Block block{kind, style.role, std::string(style.name), style.color, 0, {}, {}, {}, nullptr};
   const StreamGrid tight = StreamGrid::around(positions_m);
   StreamGrid& grid = grids_.try_emplace(block.key(), roomy(tight)).first->second;
   if (!holds(grid, tight)) grid = roomy(tight);
@@ -97,6 +97,8 @@ void ReplaySink::keep(const FrameSnapshot& snapshot, Frame frame) {
     if (shown == nullptr || *shown != surface.mesh.triangles)
       shown = std::make_shared<const Triangles>(std::move(surface.mesh.triangles));
     block.triangles = shown;
+    block.film = std::move(surface.film);
+    if (!block.film.empty()) block.flags |= kHasFilm;
     frame.blocks.push_back(std::move(block));
   }
   for (const StreamScene::Points& points : scene_.points(snapshot))
@@ -138,7 +140,7 @@ std::string ReplaySink::packed_frame(const Frame& frame, std::map<std::string, c
     message.add_packed(block.kind, {block.role, block.name, block.color}, count,
                        has_triangles ? block.triangles->size() : 0,
                        pack_vertices(block.vertices, then) +
-                           (has_triangles ? pack_corners(*block.triangles) : std::string()),
+                           (has_triangles ? pack_corners(*block.triangles) : std::string()) + block.film,
                        block.grid, flags);
   }
   if (frame.status) message.add_json({BlockRole::status, "status"}, *frame.status);

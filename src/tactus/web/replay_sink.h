@@ -39,6 +39,7 @@ class ReplaySink final : public FrameSink {
     std::uint32_t flags = 0;
     StreamGrid grid;
     std::string vertices;
+    std::string film;
     std::shared_ptr<const Triangles> triangles;  ///< the same object where they are the same
     std::string key() const { return std::to_string(static_cast<std::uint32_t>(role)) + name; }
   };

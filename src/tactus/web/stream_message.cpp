@@ -122,16 +122,17 @@ void StreamMessage::add_packed(BlockKind kind, const BlockStyle& style, std::siz
   end_block(block);
 }
 
-void StreamMessage::add_surface(const BlockStyle& style, const TriangleMesh& mesh) {
+void StreamMessage::add_surface(const BlockStyle& style, const TriangleMesh& mesh, std::string_view film) {
   const bool wide = mesh.positions_m.size() > 65536,
              has_normals = mesh.normals.size() == mesh.positions_m.size();
   const StreamGrid grid = StreamGrid::around(mesh.positions_m);
-  const std::size_t block =
-      begin_block(BlockKind::surface, style, mesh.positions_m.size(), mesh.triangles.size(),
-                  (wide ? kWideIndices : 0U) | (has_normals ? kHasNormals : 0U), grid);
+  const std::size_t block = begin_block(
+      BlockKind::surface, style, mesh.positions_m.size(), mesh.triangles.size(),
+      (wide ? kWideIndices : 0U) | (has_normals ? kHasNormals : 0U) | (film.empty() ? 0U : kHasFilm), grid);
   put_vertices(bytes_, mesh.positions_m,
                has_normals ? std::span<const Vec3f>(mesh.normals) : std::span<const Vec3f>(), grid);
   put_triangles(mesh.triangles, wide);
+  bytes_.append(film);
   end_block(block);
 }
 

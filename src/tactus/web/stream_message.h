@@ -33,6 +33,9 @@ enum class BlockRole : std::uint32_t {
 inline constexpr std::uint32_t kWideIndices = 1, kHasNormals = 2, kSameTriangles = 4;
 /// The same, in reports only (replay_bytes.h).
 inline constexpr std::uint32_t kPacked = 8, kDifference = 16;
+/// A byte a vertex stands behind the triangles: the film of liquid on it, in steps of kFilmStep_m.
+inline constexpr std::uint32_t kHasFilm = 32;
+inline constexpr float kFilmStep_m = 1e-5F;
 
 struct BlockStyle {
   BlockRole role = BlockRole::other;
@@ -63,7 +66,8 @@ class StreamMessage {
   /// @param time_s simulated or filmed time @param captured_unix_s when the images came, since 1970
   StreamMessage(StreamKind kind, std::uint32_t frame, double time_s, double captured_unix_s);
 
-  void add_surface(const BlockStyle& style, const TriangleMesh& mesh);
+  /// @param film a byte a vertex, or none
+  void add_surface(const BlockStyle& style, const TriangleMesh& mesh, std::string_view film = {});
   /// A block of a report: vertices, then triangles, as packed by replay_bytes.h. @param flags of them
   void add_packed(BlockKind kind, const BlockStyle& style, std::size_t count, std::size_t triangles,
                   std::string_view packed, const StreamGrid& grid, std::uint32_t flags);

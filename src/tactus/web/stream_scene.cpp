@@ -23,6 +23,21 @@ Vec3f tool_color(BladeState state) {
   return state == BladeState::misfit || state == BladeState::twins ? kOther : kUnsure;
 }
 
+/// Liquid and what dried of it; none where all is dry.
+std::string film_bytes(const SceneFilm::Thickness& lies) {
+  std::string bytes(lies.film_m.size(), '\0');
+  bool is_wet = false;
+  for (std::size_t v = 0; v < bytes.size(); ++v) {
+    const float stain_m = v < lies.stain_m.size() ? lies.stain_m[v] : 0;
+    const float steps = std::max(lies.film_m[v], stain_m) / kFilmStep_m;
+    bytes[v] = static_cast<char>(static_cast<std::uint8_t>(steps >= 255 ? 255
+                                                           : steps > 0  ? steps + 0.5F
+                                                                        : 0));
+    is_wet = is_wet || bytes[v] != 0;
+  }
+  return is_wet ? bytes : "";
+}
+
 nlohmann::json vector_json(Vec3d v) { return {v.x, v.y, v.z}; }
 
 void append(std::vector<Vec3f>& to, const std::vector<Vec3f>& more) {
@@ -63,7 +78,7 @@ std::vector<Vec3f> box_lines(const Box3f& box_m) {
   return lines;
 }
 
-void CreaseMemory::split(TriangleMesh& mesh, std::size_t body) {
+void CreaseMemory::split(TriangleMesh& mesh, std::string& film, std::size_t body) {
   Split& last = splits_[body];
   if (last.whole != mesh.triangles) {
     last.whole = mesh.triangles;
@@ -79,6 +94,11 @@ void CreaseMemory::split(TriangleMesh& mesh, std::size_t body) {
   parted.positions_m.reserve(last.origin.size());
   for (const Index vertex : last.origin)
     parted.positions_m.push_back(mesh.positions_m[static_cast<std::size_t>(vertex)]);
+  if (!film.empty()) {
+    std::string parted_film;
+    for (const Index vertex : last.origin) parted_film += film[static_cast<std::size_t>(vertex)];
+    film = std::move(parted_film);
+  }
   parted.triangles = last.parted;
   compute_normals(parted);
   mesh = std::move(parted);
@@ -148,17 +168,19 @@ std::string StreamScene::setting(bool control, std::span<const SceneParameter> p
 std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& snapshot,
                                                         CreaseMemory& creases) const {
   std::vector<Surface> all;
-  if (!snapshot.real.triangles.empty()) all.push_back({{BlockRole::real, "real", kClay}, snapshot.real});
+  if (!snapshot.real.triangles.empty()) all.push_back({{BlockRole::real, "real", kClay}, snapshot.real, {}});
   for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
-    Surface& body =
-        all.emplace_back(Surface{{BlockRole::body, bodies_[b].name, bodies_[b].color}, snapshot.bodies[b]});
-    if (bodies_[b].is_cuttable) creases.split(body.mesh, b);
+    Surface& body = all.emplace_back(
+        Surface{{BlockRole::body, bodies_[b].name, bodies_[b].color}, snapshot.bodies[b], {}});
+    if (b < snapshot.films.size() && snapshot.films[b].film_m.size() == body.mesh.positions_m.size())
+      body.film = film_bytes(snapshot.films[b]);
+    if (bodies_[b].is_cuttable) creases.split(body.mesh, body.film, b);
     smooth_normals(body.mesh, kNormalPasses);
   }
   for (std::size_t o = 0; o < snapshot.obstacles.size(); ++o)
-    all.push_back({{BlockRole::obstacle, moving_[o], kGrey}, snapshot.obstacles[o]});
+    all.push_back({{BlockRole::obstacle, moving_[o], kGrey}, snapshot.obstacles[o], {}});
   for (const TriangleMesh& blade : snapshot.blades)
-    all.push_back({{BlockRole::blade, "blade", kSteel}, blade});
+    all.push_back({{BlockRole::blade, "blade", kSteel}, blade, {}});
   return all;
 }
 
@@ -178,7 +200,7 @@ std::vector<StreamScene::Points> StreamScene::points(const FrameSnapshot& snapsh
 std::string StreamScene::frame(const StreamFrame& frame, CreaseMemory& creases) const {
   StreamMessage message(StreamKind::frame, static_cast<std::uint32_t>(frame.number), frame.time_s,
                         frame.captured_unix_s);
-  for (const Surface& s : surfaces(*frame.snapshot, creases)) message.add_surface(s.style, s.mesh);
+  for (const Surface& s : surfaces(*frame.snapshot, creases)) message.add_surface(s.style, s.mesh, s.film);
   for (const Points& p : points(*frame.snapshot))
     p.kind == BlockKind::lines ? message.add_lines(p.style, p.positions_m)
                                : message.add_particles(p.style, p.positions_m);

@@ -20,8 +20,9 @@ struct RunFacts {
 /// stay until its triangles change, so that a viewer keeps its triangles.
 class CreaseMemory {
  public:
-  /// Splits a body's surface; its normals become area-weighted ones. @param body its number
-  void split(TriangleMesh& mesh, std::size_t body);
+  /// Splits a body's surface; its normals become area-weighted ones. @param film of its vertices, or none
+  /// @param body its number
+  void split(TriangleMesh& mesh, std::string& film, std::size_t body);
 
  private:
   struct Split {
@@ -52,6 +53,7 @@ class StreamScene {
   struct Surface {
     BlockStyle style;
     TriangleMesh mesh;
+    std::string film;  ///< a byte a vertex (kFilmStep_m), or none
   };
   /// @param creases of earlier snapshots of this run: surfaces that weren't cut since keep their vertices
   std::vector<Surface> surfaces(const FrameSnapshot& snapshot, CreaseMemory& creases) const;

@@ -2,7 +2,7 @@
 export const KIND = { setting: 1, frame: 2, summary: 3 };
 export const BLOCK = { surface: 1, particles: 2, lines: 3, json: 4 };
 export const ROLE = { other: 0, real: 1, body: 2, obstacle: 3, blade: 4, tool: 5, camera: 6, box: 7, liquid: 8, setting: 9, status: 10 };
-export const FLAG = { wide: 1, normals: 2, sameTriangles: 4, packed: 8, difference: 16 };
+export const FLAG = { wide: 1, normals: 2, sameTriangles: 4, packed: 8, difference: 16, film: 32 };
 
 const text = new TextDecoder();
 
@@ -30,6 +30,8 @@ export function decode(buffer) {
       if (block.kind === BLOCK.surface && !block.packed)
         block.indices = new (block.flags & FLAG.wide ? Uint32Array : Uint16Array)(buffer, data + 8 * block.count, 3 * block.triangles);
     }
+    const films = data + 8 * block.count + block.triangles * (block.flags & FLAG.packed ? 12 : block.flags & FLAG.wide ? 12 : 6);
+    if (block.flags & FLAG.film) block.film = new Uint8Array(buffer, films, block.count);
     message.blocks.push(block);
     at += size;
   }

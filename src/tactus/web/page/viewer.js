@@ -2,7 +2,17 @@
 import { BLOCK, FLAG, KIND, ROLE } from './stream.js';
 
 // Normals come as two bytes of an octahedron's map, in the fourth number of each vertex.
-const OCT_DECLARATION = 'attribute float oct;\n';
+const OCT_DECLARATION = 'attribute float oct;\nattribute float film;\nvarying float filmOf;\n';
+// A film is as dark as liquid of its depth: half of the light is absorbed in 0.35 mm. It is smooth.
+const FILM_COLOR = `
+#include <color_fragment>
+  float filmCover = 1.0 - exp(-filmOf * 2.55e-3 / 0.5e-3);
+  diffuseColor.rgb = mix(diffuseColor.rgb, filmColor, filmCover);
+`;
+const FILM_ROUGHNESS = `
+#include <roughnessmap_fragment>
+  roughnessFactor = mix(roughnessFactor, 0.12, filmCover);
+`;
 const OCT_NORMAL = `
   float octV = floor(oct / 256.0), octU = oct - 256.0 * octV;
   vec2 octUV = vec2(octU - (octU > 127.0 ? 256.0 : 0.0), octV - (octV > 127.0 ? 256.0 : 0.0)) / 127.0;
@@ -94,7 +104,10 @@ export class Viewer {
       const material = new THREE.MeshStandardMaterial({ color, roughness, metalness, side: THREE.DoubleSide, transparent: block.opacity < 1, opacity: block.opacity });
       if (block.flags & FLAG.normals)
         material.onBeforeCompile = (shader) => {
-          shader.vertexShader = OCT_DECLARATION + shader.vertexShader.replace('#include <beginnormal_vertex>', OCT_NORMAL);
+          shader.vertexShader = OCT_DECLARATION + shader.vertexShader.replace('#include <beginnormal_vertex>', `${OCT_NORMAL}filmOf = film;\n`);
+          shader.uniforms.filmColor = { value: new THREE.Color().setRGB(0.45, 0.02, 0.04, THREE.SRGBColorSpace) };
+          shader.fragmentShader = `varying float filmOf;\nuniform vec3 filmColor;\n${shader.fragmentShader}`
+            .replace('#include <color_fragment>', FILM_COLOR).replace('#include <roughnessmap_fragment>', FILM_ROUGHNESS);
         };
       else material.flatShading = true;
       material.customProgramCacheKey = () => (block.flags & FLAG.normals ? 'oct' : 'flat');
@@ -136,6 +149,7 @@ export class Viewer {
     }
     thing.vertices.array.set(block.vertices);
     thing.vertices.needsUpdate = true;
+    if (block.kind === BLOCK.surface) this.fillFilm(thing, block);
     let drawn = block.count;
     if (block.kind === BLOCK.surface) {
       if (!(block.flags & FLAG.sameTriangles)) this.fillTriangles(thing, block);
@@ -149,6 +163,19 @@ export class Viewer {
     object.matrixWorldNeedsUpdate = true;
     thing.block = { origin: block.origin, step: block.step, count: block.count };
     thing.extent = extentOf(block);
+  }
+
+  // Of each vertex, 0 (dry) to 1 (2.55 mm).
+  fillFilm(thing, block) {
+    const size = thing.vertices.array.length / 4, geometry = thing.object.geometry;
+    if (!thing.film || thing.film.array.length !== size) {
+      thing.film = new this.THREE.BufferAttribute(new Uint8Array(size), 1, true).setUsage(this.THREE.DynamicDrawUsage);
+      geometry.setAttribute('film', thing.film);
+    }
+    if (!block.film && !thing.isWet) return;
+    block.film ? thing.film.array.set(block.film) : thing.film.array.fill(0);
+    thing.isWet = Boolean(block.film);
+    thing.film.needsUpdate = true;
   }
 
   fillTriangles(thing, block) {
