@@ -209,8 +209,8 @@ def use(program: str, folder: pathlib.Path) -> None:
     window.key("q")
     code = window.process.wait(timeout=10)
     took = time.monotonic() - begin
-    # 0.2 s of two cores that do nothing else, xdotool's 0.08 s among them; ten times that where a dozen programs share them.
-    check(code == 0 and took < 2, f"closed after {took:.2f} s with exit code {code}")
+    # 0.2 s of two cores that do nothing else, xdotool's 0.08 s among them; up to 1.5 s where a dozen programs share them.
+    check(code == 0 and took < 4, f"closed after {took:.2f} s with exit code {code}")
 
 
 def main() -> None:
