@@ -1,4 +1,5 @@
 """Worlds that are stepped by one call, the environment, and the example."""
+import ast
 import importlib.util
 import os
 import pathlib
@@ -134,8 +135,24 @@ def test_a_stiffness_is_identified():
     assert abs(modulus_Pa / 14000 - 1) < 0.02 and error_Pa < 0.02 * 14000 and runs < 20
 
 
-def test_types_are_those_of_the_module():
-    """mypy compares the stubs with the module, and checks who uses it."""
+def test_stubs_name_what_the_module_has():
+    """Classes, their public members, and functions: none is missing in the stubs, none is there alone."""
+    import tactus._tactus as module
+    stubs = ast.parse((pathlib.Path(tactus.__file__).parent / "_tactus.pyi").read_text())
+    members = {c.name: {f.name for f in c.body if isinstance(f, ast.FunctionDef) and not f.name.startswith("_")}
+               for c in stubs.body if isinstance(c, ast.ClassDef)}
+    classes = {name: {n for n in vars(c) if not n.startswith("_")} for name, c in vars(module).items()
+               if isinstance(c, type) and name != "Error"}
+    assert {name: members.get(name) for name in classes} == classes
+    only_types = {"Error", "Contacts", "Probe", "Source"}
+    assert set(members) - set(classes) == only_types
+    functions = {f.name for f in stubs.body if isinstance(f, ast.FunctionDef)}
+    assert functions == {n for n, f in vars(module).items() if callable(f) and not isinstance(f, type)}
+    for name in set(classes) | functions:
+        assert getattr(tactus, name) is getattr(module, name) and getattr(module, name).__doc__, name
+
+
+def test_types_pass_mypy():
     if subprocess.run([sys.executable, "-c", "import mypy"], capture_output=True).returncode:
         pytest.skip("mypy isn't installed")
     package = pathlib.Path(tactus.__file__).parent
