@@ -124,6 +124,67 @@ TEST(Figures, HaveTheRightSignAtKnownPoints) {
   }
 }
 
+/// Two lobes with a notch between them, a thin margin, and a gallbladder that looks out below it.
+TEST(Figures, LiverHasItsLandmarks) {
+  const FigureShape liver = make_figure("liver").at(0);
+  constexpr float kStep_m = 0.002F;
+  struct Column {
+    float low_m = 1, thickest_m = 0, near_low_m = 0;  ///< thickness along z, and that 1 cm above the margin
+  };
+  const auto thickness_m = [&](float x, float y) {
+    float sum = 0;
+    for (float z = -0.1F; z < 0.1F; z += kStep_m) sum += liver.distance_m({x, y, z}) < 0 ? kStep_m : 0;
+    return sum;
+  };
+  const auto column = [&](float x) {
+    Column c;
+    for (float y = 0.6F; y > 0.38F; y -= kStep_m) {
+      const float t = thickness_m(x, y);
+      if (t > 0) c.low_m = y;
+      c.thickest_m = std::max(c.thickest_m, t);
+    }
+    c.near_low_m = thickness_m(x, c.low_m + 0.01F);
+    return c;
+  };
+  const Column right = column(-0.08F), fundus = column(-0.028F), notch = column(0.026F),
+               left = column(0.044F);
+  // The margin rises from right to left; a notch in it is higher than the left lobe's margin beside it.
+  EXPECT_GT(notch.low_m, left.low_m + 0.008F);
+  EXPECT_GT(left.low_m, right.low_m + 0.02F);
+  EXPECT_LT(fundus.low_m, right.low_m - 0.002F);
+  // The right lobe is twice as thick as the left one's outer half; both are thin at the margin.
+  EXPECT_GT(column(-0.03F).thickest_m, 2 * column(0.084F).thickest_m);
+  for (const Column& c : {right, left}) EXPECT_LT(c.near_low_m, 0.6F * c.thickest_m);
+  const double m3 = figure_volume(liver).volume_m3;  // of adults: 1.2 to 2 litres
+  EXPECT_GT(m3, 1.2e-3);
+  EXPECT_LT(m3, 2e-3);
+}
+
+/// The edge bounds the blade, which is a wedge there and flat behind; the handle is flat, and thicker.
+TEST(Figures, ScalpelHasAFlatHandleAndACurvedEdge) {
+  const Figure figure = make_figure("scalpel");
+  const FigureShape shape = figure.at(0);
+  const Rigidf T = figure.bones(0).front();
+  const auto inside = [&](Vec3f p) { return shape.distance_m(T * p) < 0; };
+  const std::span<const Vec3f> edge_m = scalpel_edge_m();
+  // Coordinates of 0.5 m in float, some operations: 1e-6 m.
+  for (const Vec3f& p : edge_m) EXPECT_NEAR(shape.distance_m(T * p), 0, 1e-6F);
+  float turned = 0;
+  for (std::size_t i = 1; i < edge_m.size(); ++i) {
+    const Vec3f along = normalized(edge_m[i] - edge_m[i - 1]), in{-along.y, along.x, 0};
+    const Vec3f middle = 0.5F * (edge_m[i] + edge_m[i - 1]);
+    EXPECT_FALSE(inside(middle - 1e-4F * in)) << i;
+    // The bevel's tangent is 0.35 / sqrt(1 - 0.35^2) = 0.37: at a depth of 2 mm it is 0.75 mm on either side.
+    EXPECT_TRUE(inside(middle + 0.002F * in + Vec3f{0, 0, 0.0007F})) << i;
+    EXPECT_FALSE(inside(middle + 0.002F * in + Vec3f{0, 0, 0.0008F})) << i;
+    if (i > 1) turned += std::acos(dot(along, normalized(edge_m[i - 1] - edge_m[i - 2])));
+  }
+  EXPECT_GT(turned, 1.F) << "the belly";
+  EXPECT_TRUE(inside({0.1F, -0.03F, 0}) && inside({0.1F, 0.015F, 0}) && inside({0.1F, 0, 0.0119F}));
+  EXPECT_FALSE(inside({0.1F, 0, 0.0121F})) << "about half as thick as wide";
+  EXPECT_FALSE(inside({-0.15F, 0, 0.0026F})) << "the blade is a fifth as thick";
+}
+
 TEST(Figures, RoundConeIsTheUnionOfItsSpheres) {
   const Vec3f a{0.1F, 0.2F, -0.1F}, b{-0.2F, 0.4F, 0.3F};
   const RoundCone cone = make_round_cone(a, b, 0.12F, 0.05F);

@@ -1,6 +1,7 @@
 /// Normals at creases.
 #include <gtest/gtest.h>
 
+#include "tactus/geom/mesh/box_surface.h"
 #include "tactus/geom/mesh/mesh_creases.h"
 
 namespace tactus {
@@ -32,6 +33,13 @@ TEST(SplitCreases, ACubeHasSixFaces) {
       EXPECT_GT(dot(own, cube.normals[static_cast<std::size_t>(cube.triangles[t].at(k))]), 1 - 1e-6F);
     }
   }
+}
+
+/// Four of its vertices, which are of a smooth surface, stay whole: the other four become three each.
+TEST(SplitCreases, FirstVerticesStayWhole) {
+  TriangleMesh cube = box_surface({1, 1, 1}, Vec3i{1, 1, 1});
+  ASSERT_EQ(cube.positions_m.size(), 8U);
+  EXPECT_EQ(split_creases(cube, 4), (std::vector<Index>{4, 4, 5, 5, 6, 6, 7, 7}));
 }
 
 /// A roof of 20 degrees is no crease, and its normals stay; nor is a needle on it, whichever way it faces.

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/mesh/box_surface.h"
 #include "tactus/view/edge_smoothing.h"
 #include "tactus/view/gl_context.h"
 #include "tactus/view/gl_objects.h"
@@ -228,6 +229,29 @@ TEST_F(Picture, ShadowOfWhatHangsIsRoundAndEndsSoftly) {
   EXPECT_NEAR(xz / zz, 0, 0.05);
 }
 
+/// A close-up of the middle of a bar, which hangs half a metre above the ground: its shadow goes on beside
+/// what is near. At x = 0.3 m, 5 cm from its end, no penumbra of 0.5 m times the lamp's tangent of 0.07
+/// begins yet.
+TEST_F(Picture, CloseUpsHaveWholeShadows) {
+  ViewScene scene;
+  TriangleMesh bar = box_surface({0.35F, 0.02F, 0.02F}, Vec3i{1, 1, 1});
+  for (Vec3f& p : bar.positions_m) p.y += 0.5F;
+  scene.meshes.push_back({"bar", bar, {}});
+  scene.sun = {0, 0.5F, 0.22F};
+  const ViewCamera view{
+      .target_m = {0, 0.5F, 0}, .distance_m = 0.3F, .azimuth_rad = 0, .elevation_rad = 0.9F};
+  const Shade shade(scene, view, small());
+  const auto at = [&](float x_m) {
+    const Vec3f p = view.T_cam_world() * Vec3f{x_m, 0, -0.22F};
+    const float focal_px = 0.5F * kHeight / std::tan(0.5F * view.fov_rad);
+    return shade.at(static_cast<Index>(kWidth / 2 - focal_px * p.x / p.z),
+                    static_cast<Index>(kHeight / 2 + focal_px * p.y / p.z));
+  };
+  EXPECT_GT(at(0), 30);
+  EXPECT_NEAR(at(0.3F), at(0), 0.2 * at(0));
+  EXPECT_NEAR(at(-0.3F), at(0), 0.2 * at(0));
+}
+
 /// The ground is darkened near a body alone, not over a square of a map.
 TEST_F(Picture, GroundFarFromAShadowIsOpen) {
   ViewScene scene;
@@ -322,17 +346,18 @@ TEST_F(Picture, CamerasAreSeenAsSuch) {
   EXPECT_GT(dark, 20) << "its lens";
 }
 
-/// Edges of a box end behind what is in it, from wherever one looks; what is before them hides them.
+/// Edges of a box end behind what is in it, from wherever one looks, and behind what reaches out of it.
 TEST_F(Picture, NoEdgeOfABoxCrossesABody) {
   Renderer renderer(small());
-  for (const float azimuth : {0.F, 0.5F, 2.2F}) {
+  for (const auto& [azimuth, right_m] :
+       {std::pair{0.F, 0.13F}, {0.5F, 0.13F}, {2.2F, 0.13F}, {0.5F, 0.02F}}) {
     for (const float elevation : {0.15F, 0.7F}) {
       ViewScene scene = red_sphere();
       ViewCamera view = camera();
       view.azimuth_rad = azimuth;
       view.elevation_rad = elevation;
       const ColorImage bare = renderer.render(scene, view);
-      scene.boxes.push_back({{{-0.13F, 0, -0.13F}, {0.13F, 0.22F, 0.13F}}});
+      scene.boxes.push_back({{{-0.13F, 0, -0.13F}, {right_m, 0.22F, 0.13F}}});
       const ColorImage boxed = renderer.render(scene, view);
       EXPECT_GT(different_px(bare, boxed), 200);
       int crossed = 0;

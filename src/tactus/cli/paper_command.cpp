@@ -329,9 +329,9 @@ void add_moments(ContactSheet& sheet, DeviceSet& devices, const std::string& nam
 /// View of figures 18 and 19: the middle of the incision.
 ViewCameraDescription incision_view() {
   ViewCameraDescription camera;
-  camera.target_m = {0.086, 0.401, 0.003};
+  camera.target_m = {0.075, 0.437, 0.01};
   camera.distance_m = 0.15;
-  camera.azimuth_deg = 100;
+  camera.azimuth_deg = 120;
   camera.elevation_deg = 50;
   return camera;
 }
@@ -351,13 +351,13 @@ ColorImage figure17(DeviceSet& devices) {
 
 ColorImage figure18(DeviceSet& devices) {
   ContactSheet sheet("A real scalpel cuts a soft liver", 4, 2, 640);
-  add_moments(sheet, devices, "fig18-scalpel", {6, 18, 48}, "held at one end", incision_view());
+  add_moments(sheet, devices, "fig18-scalpel", {6, 12, 60}, "held at one end", incision_view());
   return sheet.image();
 }
 
 ColorImage figure19(DeviceSet& devices) {
   ContactSheet sheet("A real scalpel cuts a soft liver, which bleeds", 4, 2, 640);
-  add_moments(sheet, devices, "fig19-bleeding", {6, 24, 60}, "held at one end", incision_view());
+  add_moments(sheet, devices, "fig19-bleeding", {6, 15, 60}, "held at one end", incision_view());
   return sheet.image();
 }
 

@@ -183,7 +183,7 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
     if (b < snapshot.films.size()) film = film_of(std::move(snapshot.films[b]), snapshot.bodies[b]);
     // Skin and walls of cuts share vertices.
     if (scene_.bodies[b].cuttable)
-      for (const Index v : split_creases(snapshot.bodies[b])) {
+      for (const Index v : split_creases(snapshot.bodies[b], snapshot.smooth[b])) {
         if (!film) continue;
         film->film_m.push_back(film->film_m[static_cast<std::size_t>(v)]);
         film->stain_m.push_back(film->stain_m[static_cast<std::size_t>(v)]);

@@ -13,51 +13,10 @@ namespace {
 
 constexpr double kLeast_m = 0.02, kMost_m = 0.6;  // of a tool that a hand holds
 
-/// Where f changes sign between a (negative) and b.
-template <class F>
-double root(double a, double b, const F& f) {
-  for (int i = 0; i < 50; ++i) {
-    const double middle = 0.5 * (a + b);
-    (f(middle) < 0 ? a : b) = middle;
-  }
-  return 0.5 * (a + b);
-}
-
 void append(TriangleMesh& mesh, const TriangleMesh& other) {
   const auto first = static_cast<Index>(mesh.positions_m.size());
   mesh.positions_m.insert(mesh.positions_m.end(), other.positions_m.begin(), other.positions_m.end());
   for (auto t : other.triangles) mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-}
-
-/// A body of revolution about the x axis: rings of `sides` corners, of radius[i] at x_m[i], that enclose the
-/// area of a circle; points at both ends.
-TriangleMesh lathe(double begin_m, double end_m, const std::vector<double>& x_m,
-                   const std::vector<double>& radius_m, int sides) {
-  TriangleMesh mesh;
-  const double step = 2 * M_PI / sides, outer = std::sqrt(step / std::sin(step));
-  const auto add = [&](double x, double y, double z) {
-    mesh.positions_m.push_back(vec_cast<float>(Vec3d{x, y, z}));
-  };
-  for (std::size_t i = 0; i < x_m.size(); ++i) {
-    for (int k = 0; k < sides; ++k)
-      add(x_m[i], outer * radius_m[i] * std::cos(k * step), outer * radius_m[i] * std::sin(k * step));
-  }
-  const auto rings = static_cast<Index>(x_m.size());
-  for (Index i = 0; i + 1 < rings; ++i) {
-    for (Index k = 0; k < sides; ++k) {
-      const Index a = i * sides + k, b = i * sides + (k + 1) % sides;
-      mesh.triangles.push_back({a, b, b + sides});
-      mesh.triangles.push_back({a, b + sides, a + sides});
-    }
-  }
-  add(begin_m, 0, 0);
-  add(end_m, 0, 0);
-  for (Index k = 0; k < sides; ++k) {
-    const Index next = (k + 1) % sides, last = (rings - 1) * sides;
-    mesh.triangles.push_back({rings * sides, next, k});
-    mesh.triangles.push_back({rings * sides + 1, last + k, last + next});
-  }
-  return mesh;
 }
 
 /// The convex body that half-spaces have in common; it must be bounded.
@@ -149,30 +108,16 @@ BladeModel built_in_scalpel() {
   const Figure figure = make_figure("scalpel", {.scale = static_cast<float>(kScalpelScale)});
   const FigureShape shape = figure.at(0);
   const Rigidf T_world_model = figure.bones(0).front(), T_model_world = inverse(T_world_model);
-  const double s = kScalpelScale;
-  // The handle's axis is x.
-  const auto handle = [&](double x, double r) {
-    return static_cast<double>(shape.distance_m(T_world_model * vec_cast<float>(Vec3d{x, r, 0}), 1U));
-  };
-  const double begin_m = root(0, -0.3 * s, [&](double x) { return handle(x, 0); }),
-               end_m = root(0, 0.5 * s, [&](double x) { return handle(x, 0); });
-  std::vector<double> x_m, radius_m;
-  constexpr int kRings = 26;
-  for (int i = 1; i < kRings; ++i) {  // denser at the round ends
-    const double x = begin_m + (end_m - begin_m) * 0.5 * (1 - std::cos(M_PI * i / kRings));
-    x_m.push_back(x);
-    radius_m.push_back(root(0, 0.1 * s, [&](double r) { return handle(x, r); }));
+  BladeModel model{"scalpel", {}, {}};
+  for (const FigureShape::Limb& limb : shape.limbs()) {
+    std::vector<HalfSpace> sides;
+    for (const HalfSpace& side : shape.planes(limb)) {
+      const Vec3f n = T_model_world.R * side.normal;
+      sides.push_back({n, side.offset_m - dot(side.normal, T_world_model.t)});
+    }
+    append(model.mesh, convex_body(sides, 0.5 * kScalpelScale));
   }
-  BladeModel model{"scalpel", lathe(begin_m, end_m, x_m, radius_m, 24), {}};
-  std::vector<HalfSpace> sides;
-  for (const HalfSpace& side : shape.planes(shape.limbs()[1])) {
-    const Vec3f n = T_model_world.R * side.normal;
-    sides.push_back({n, side.offset_m - dot(side.normal, T_world_model.t)});
-  }
-  append(model.mesh, convex_body(sides, 0.5 * s));
-  // Where the back meets the belly; where the belly ends; where the handle holds it.
-  for (const Vec3d p : {Vec3d{-0.24, 0, 0}, Vec3d{-0.2, -0.028, 0}, Vec3d{-0.05, -0.028, 0}})
-    model.edge_m.push_back(vec_cast<float>(s * p));
+  for (const Vec3f p : scalpel_edge_m()) model.edge_m.push_back(static_cast<float>(kScalpelScale) * p);
   return model;
 }
 

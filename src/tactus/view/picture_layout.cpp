@@ -6,8 +6,10 @@
 namespace tactus {
 namespace {
 
-/// A surface farther than this many half widths of the picture from its middle hides no light in it.
-constexpr float kNear = 1.6F;
+/// A surface farther than this many half widths of the picture from its middle hides no light in it, unless
+/// it is of a mesh that comes nearer: of that one, parts as far away as the second number count. A close-up
+/// would else be lit as if the body ended beside it.
+constexpr float kNear = 1.6F, kNearOfSeen = 3.2F;
 
 /// A box that holds the turned one.
 Box3f turned(const Box3f& box, const Mat3f& R) {
@@ -31,22 +33,30 @@ void unite_inside(std::optional<Box3f>& all, const Box3f& box, const Box3f& regi
   if (!is_empty(inside)) unite(all, inside);
 }
 
-/// Bounds of the meshes that hide light, within `region`: triangle by triangle, as parts of one body may be
-/// far apart.
-std::optional<Box3f> casters(const ViewScene& scene, const Box3f& region) {
+/// Bounds of the meshes that hide light in `region`, as far as they lie in the wider one: triangle by
+/// triangle, as parts of one body may be far apart.
+std::optional<Box3f> casters(const ViewScene& scene, const Box3f& region, const Box3f& wider) {
   std::optional<Box3f> all;
   for (const ViewMesh& view : scene.meshes) {
     if (!view.casts_shadow) continue;
+    std::optional<Box3f> near, of_mesh;
+    const auto add = [&](const Box3f& box) {
+      unite_inside(near, box, region);
+      unite_inside(of_mesh, box, wider);
+    };
     if (view.device) {
-      unite_inside(all, turned(view.device->box_m, view.R_world_mesh), region);
-      continue;
+      add(turned(view.device->box_m, view.R_world_mesh));
+    } else {
+      const std::vector<Vec3f>& x = view.mesh.positions_m;
+      for (const auto& t : view.mesh.triangles) {
+        const auto at = [&](std::size_t k) {
+          return view.R_world_mesh * x[static_cast<std::size_t>(t.at(k))];
+        };
+        const Vec3f a = at(0), b = at(1), c = at(2);
+        add({min(a, min(b, c)), max(a, max(b, c))});
+      }
     }
-    const std::vector<Vec3f>& x = view.mesh.positions_m;
-    for (const auto& t : view.mesh.triangles) {
-      const auto at = [&](std::size_t k) { return view.R_world_mesh * x[static_cast<std::size_t>(t.at(k))]; };
-      const Vec3f a = at(0), b = at(1), c = at(2);
-      unite_inside(all, {min(a, min(b, c)), max(a, max(b, c))}, region);
-    }
+    if (near) unite(all, *of_mesh);
   }
   return all;
 }
@@ -75,14 +85,17 @@ PictureLayout lay_out(const ViewScene& scene, const ViewCamera& camera, float as
   const float tangent_y = std::tan(0.5F * camera.fov_rad);
   const float near_m = kNear * camera.distance_m * tangent_y * max(aspect, 1.F);
   l.has_ground = scene.ground && eye.y > scene.ground_height_m;
-  Box3f region{camera.target_m - Vec3f{near_m, near_m, near_m},
-               camera.target_m + Vec3f{near_m, near_m, near_m}};
-  if (l.has_ground) {  // nothing below the ground is seen
-    region.min.y = scene.ground_height_m;
-    region.max.y = max(region.max.y, scene.ground_height_m + near_m);
-  }
+  const auto region = [&](float half_m) {
+    const Vec3f half{half_m, half_m, half_m};
+    Box3f box{camera.target_m - half, camera.target_m + half};
+    if (l.has_ground) {  // nothing below the ground is seen
+      box.min.y = scene.ground_height_m;
+      box.max.y = max(box.max.y, scene.ground_height_m + half_m);
+    }
+    return box;
+  };
   const float r = 0.25F * camera.distance_m;
-  l.box = casters(scene, region)
+  l.box = casters(scene, region(near_m), region(kNearOfSeen / kNear * near_m))
               .value_or(Box3f{camera.target_m - Vec3f{r, r, r}, camera.target_m + Vec3f{r, r, r}});
   l.sun = normalized(scene.sun, {0, 1, 0});
   const Vec3f center = l.box.center(), half = 0.5F * l.box.extent();

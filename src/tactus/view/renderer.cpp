@@ -136,7 +136,7 @@ struct Renderer::Impl {
     std::vector<GlMesh> meshes;
     std::unique_ptr<GlPhotoPrograms> photo_programs;  ///< made when the first photos come
     std::vector<std::unique_ptr<GlPhotos>> photos;    ///< of the meshes that wear some
-    LineSlot lines;
+    LineSlot lines, box_edges;
     std::unique_ptr<GlLiquid> liquid;  ///< made when the first one comes
     GlShownImage shown;
   };
@@ -163,9 +163,10 @@ struct Renderer::Impl {
       gl->photos[i]->upload(scene.meshes[i]);
       gl->photos[i]->draw_maps(*gl->photo_programs, gl->meshes[i], gl->no_attributes);
     }
-    lines = scene.lines;
-    for (const ViewBox& box : scene.boxes) add_far_edges(lines, box, eye_m);
-    gl->lines.upload(lines);
+    gl->lines.upload(scene.lines);
+    box_edges.clear();
+    for (const ViewBox& box : scene.boxes) add_far_edges(box_edges, box, eye_m);
+    gl->box_edges.upload(box_edges);
   }
 
   void draw_light(const ViewScene& scene, const PictureLayout& l) {
@@ -246,9 +247,20 @@ struct Renderer::Impl {
     for (const GlProgram* p : {&gl->surface, &gl->ground, &gl->background, &gl->wire, &gl->line})
       set_light(*p, l, camera.eye_m());
     if (gl->photo_programs) set_light(gl->photo_programs->surface, l, camera.eye_m());
+    draw_room(scene, l);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
       if (scene.meshes[i].material.opacity >= 1) draw_surface(scene.meshes[i], i);
     }
+    draw_lines(gl->lines, l);
+    for (const ViewLiquid& liquid : scene.liquids) draw_liquid(liquid, camera, l);
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+      if (scene.meshes[i].material.opacity < 1) draw_translucent(scene.meshes[i], i);
+    }
+  }
+
+  /// What is behind all else. Edges of boxes leave no depth: they cross nothing, though a body reach out of
+  /// its box.
+  void draw_room(const ViewScene& scene, const PictureLayout& l) {
     glBindVertexArray(gl->no_attributes.get());
     if (l.has_ground) {
       glUseProgram(gl->ground.get());
@@ -261,18 +273,19 @@ struct Renderer::Impl {
       glUseProgram(gl->background.get());
       glDrawArrays(GL_TRIANGLES, 0, 3);
     }
-    if (!gl->lines.lines.empty()) {
-      set(gl->line, "near_m", l.near_m);
-      set(gl->line, "nearer", kLineNearer * l.eye.clip_eye(2, 3));
-      glUseProgram(gl->line.get());
-      glEnable(GL_BLEND);
-      gl->lines.draw();
-      glDisable(GL_BLEND);
-    }
-    for (const ViewLiquid& liquid : scene.liquids) draw_liquid(liquid, camera, l);
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-      if (scene.meshes[i].material.opacity < 1) draw_translucent(scene.meshes[i], i);
-    }
+    glDepthMask(GL_FALSE);
+    draw_lines(gl->box_edges, l);
+    glDepthMask(GL_TRUE);
+  }
+
+  void draw_lines(const LineSlot& slot, const PictureLayout& l) {
+    if (slot.lines.empty()) return;
+    set(gl->line, "near_m", l.near_m);
+    set(gl->line, "nearer", kLineNearer * l.eye.clip_eye(2, 3));
+    glUseProgram(gl->line.get());
+    glEnable(GL_BLEND);
+    slot.draw();
+    glDisable(GL_BLEND);
   }
 
   void draw_liquid(const ViewLiquid& liquid, const ViewCamera& camera, const PictureLayout& l) {
@@ -385,7 +398,7 @@ struct Renderer::Impl {
   std::unique_ptr<Objects> gl;
   std::vector<PlacedLabel> labels;
   std::vector<const GlMesh*> casters;
-  std::vector<ViewLine> lines;
+  std::vector<ViewLine> box_edges;
   std::vector<std::uint8_t> rgba;
   bool smooth = false;  ///< edges, after drawing
   ColorImage jagged, smoothed;

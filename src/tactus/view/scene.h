@@ -35,7 +35,7 @@ inline Material soft_material() {
 }
 /// Steel: blades.
 inline Material steel_material() {
-  return {.color = {0.72F, 0.74F, 0.77F}, .roughness = 0.2F, .specular = 0.5F};
+  return {.color = {0.50F, 0.52F, 0.55F}, .roughness = 0.25F, .specular = 0.5F};
 }
 
 /// Photographs that colour a surface fragment by fragment, for the viewer (Shao et al. 2019, "Texture

@@ -78,12 +78,12 @@ std::vector<Vec3f> box_lines(const Box3f& box_m) {
   return lines;
 }
 
-void CreaseMemory::split(TriangleMesh& mesh, std::string& film, std::size_t body) {
+void CreaseMemory::split(TriangleMesh& mesh, std::string& film, std::size_t body, Index first) {
   Split& last = splits_[body];
   if (last.whole != mesh.triangles) {
     last.whole = mesh.triangles;
     TriangleMesh parted = mesh;
-    split_creases(parted);
+    split_creases(parted, first);
     last.origin.assign(parted.positions_m.size(), 0);
     for (std::size_t t = 0; t < parted.triangles.size(); ++t)
       for (std::size_t k = 0; k < 3; ++k)
@@ -174,7 +174,7 @@ std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& sna
         Surface{{BlockRole::body, bodies_[b].name, bodies_[b].color}, snapshot.bodies[b], {}});
     if (b < snapshot.films.size() && snapshot.films[b].film_m.size() == body.mesh.positions_m.size())
       body.film = film_bytes(snapshot.films[b]);
-    if (bodies_[b].is_cuttable) creases.split(body.mesh, body.film, b);
+    if (bodies_[b].is_cuttable) creases.split(body.mesh, body.film, b, snapshot.smooth[b]);
     smooth_normals(body.mesh, kNormalPasses);
   }
   for (std::size_t o = 0; o < snapshot.obstacles.size(); ++o)

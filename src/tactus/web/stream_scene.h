@@ -22,7 +22,8 @@ class CreaseMemory {
  public:
   /// Splits a body's surface; its normals become area-weighted ones. @param film of its vertices, or none
   /// @param body its number
-  void split(TriangleMesh& mesh, std::string& film, std::size_t body);
+  /// @param first as of split_creases
+  void split(TriangleMesh& mesh, std::string& film, std::size_t body, Index first);
 
  private:
   struct Split {

@@ -65,6 +65,7 @@ struct ProbeReading {
 struct FrameSnapshot {
   TriangleMesh real;                        ///< the reconstructed surface, with normals
   std::vector<TriangleMesh> bodies;         ///< in the scene's order
+  std::vector<Index> smooth;                ///< per body: so many of its first vertices are at no crease
   std::vector<TriangleMesh> obstacles;      ///< those that move, in the scene's order
   std::vector<TriangleMesh> blades;         ///< tracked ones that are seen; others until their path ends
   std::vector<ToolAxis> tools;              ///< tracked ones that were found

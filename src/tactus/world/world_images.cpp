@@ -44,7 +44,11 @@ FrameSnapshot World::snapshot() {
   snapshot.captured_s = seen_.captured_s;
   ExecContext& ctx = devices_.context(0);
   if (has_surface_) snapshot.real = perception_->download();
-  for (const auto& body : bodies_) snapshot.bodies.push_back(body->surface(ctx));
+  for (const auto& body : bodies_) {
+    snapshot.bodies.push_back(body->surface(ctx));
+    const BodyShape& shape = body->shape();
+    snapshot.smooth.push_back(shape.has_creases ? 0 : static_cast<Index>(shape.surface_m.positions_m.size()));
+  }
   snapshot.obstacles = moving_obstacles_.meshes();
   if (perception_ != nullptr) {
     snapshot.blades = perception_->tracked_blades().meshes();

@@ -122,7 +122,7 @@ ColorImage draw_body(const SoftBody& body, Vec3f color, const Strokes& strokes,
   material.color = 0.45F * color + 0.55F * Vec3f{0.93F, 0.90F, 0.87F};
   material.roughness = 0.6F;
   TriangleMesh mesh = body.shape().surface_m;
-  split_creases(mesh);
+  if (body.shape().has_creases) split_creases(mesh);
   scene.meshes.push_back({.name = body.name(), .mesh = std::move(mesh), .material = material});
   // Towards the eye, a point stays where it is in the picture.
   const Vec3f eye_m = camera.eye_m();

@@ -1,6 +1,8 @@
 #include "tactus/geom/figures/figure_builders.h"
 
-#include <array>
+#include <span>
+#include <utility>
+#include <vector>
 
 namespace tactus {
 namespace {
@@ -39,6 +41,40 @@ constexpr Vec3f kCenter{0, 0.5F, 0};
 
 FigureParts::Cone cone(Vec3f a, Vec3f b, float ra, float rb) { return {0, a, b, ra, rb}; }
 FigureParts::Cone ball(Vec3f a, float r) { return {0, a, a, r, r}; }
+
+/// The side of a plane through a point to which `n` does not point.
+FigureParts::Plane side(Vec3f n, Vec3f through) {
+  const Vec3f unit = normalized(n);
+  return {0, {unit, dot(unit, through)}};
+}
+
+/// How far a plate reaches to -y and +y at a place along x.
+struct PlateWidth {
+  float x_m, below_m, above_m;
+};
+
+/// A convex plate in the plane of x and y whose outline goes through three places; its edges are bevelled.
+FigureParts::Limb plate(PlateWidth begin, PlateWidth middle, PlateWidth end, float half_thickness_m) {
+  FigureParts::Limb limb;
+  for (const float z : {1.F, -1.F}) limb.planes.push_back(side({0, 0, z}, {0, 0, z * half_thickness_m}));
+  for (const float y : {1.F, -1.F}) {
+    const auto corner = [&](PlateWidth w) { return Vec3f{w.x_m, y > 0 ? w.above_m : -w.below_m, 0}; };
+    for (const auto& [from, to] : {std::pair{begin, middle}, {middle, end}}) {
+      const Vec3f along = corner(to) - corner(from), out = y * normalized(Vec3f{-along.y, along.x, 0});
+      limb.planes.push_back(side(out, corner(middle)));
+      for (const float z : {1.F, -1.F}) {
+        const Vec3f bevel{0, 0, 0.4F * z * half_thickness_m};
+        limb.planes.push_back(side(out + Vec3f{0, 0, z}, corner(middle) + bevel));
+      }
+    }
+  }
+  limb.planes.push_back(side({-1, 0, 0}, {begin.x_m, 0, 0}));
+  limb.planes.push_back(side({1, 0, 0}, {end.x_m, 0, 0}));
+  limb.planes_center_m = {0.5F * (begin.x_m + end.x_m), 0, 0};
+  limb.planes_radius_m = 1.01F * length(Vec3f{end.x_m - limb.planes_center_m.x,
+                                              max(middle.below_m, middle.above_m), half_thickness_m});
+  return limb;
+}
 
 /// A rigid figure around the middle of the workspace: R(phase) and t(phase) move it.
 template <class Rotation, class Shift>
@@ -87,18 +123,32 @@ FigureParts build_bowl(const FigureOptions& options) {
   return parts;
 }
 
+/// As a surgeon sees it who stands before it at +z: the right lobe at -x, thick and domed; the left one thin.
 FigureParts build_liver(const FigureOptions& options) {
   FigureParts parts;
-  parts.limbs.resize(1);
-  FigureParts::Limb& body = parts.limbs.front();
-  // A thick right lobe that thins out into the left one across the body; 25 cm wide.
-  body.blend_m = 0.05F;
-  body.cones = {cone({-0.065F, 0.015F, 0}, {-0.045F, -0.035F, 0.012F}, 0.055F, 0.042F),
-                cone({-0.05F, 0.03F, -0.005F}, {0.03F, 0.035F, 0.012F}, 0.046F, 0.034F),
-                cone({0.02F, 0.032F, 0.014F}, {0.105F, 0.042F, 0.022F}, 0.032F, 0.014F),
-                cone({-0.07F, -0.03F, 0.005F}, {-0.06F, -0.075F, 0.01F}, 0.036F, 0.018F),
-                cone({0.0F, 0.0F, 0.012F}, {-0.03F, -0.025F, 0.015F}, 0.028F, 0.03F)};
-  scale_parts(parts, options.scale);
+  parts.seam_m = 0.004F;  // lobes meet in a crease, along the falciform ligament, that ends in a notch
+  const auto inside_ball = [](Vec3f center, float r) { return SphereShell{center, 0, r}; };
+  // Each lobe lies between a dome below the diaphragm and the plane of the viscera: their edge is the sharp
+  // margin.
+  FigureParts::Limb right, left, gallbladder;
+  right.blend_m = 0.026F;
+  right.planes = {side({0.36F, -0.62F, -0.70F}, {-0.03F, -0.075F, 0.03F}),
+                  side({1, 0.45F, 0}, {0.034F, 0.04F, 0}), side({1, -0.25F, 0}, {0.021F, -0.045F, 0})};
+  right.shells = {inside_ball({-0.02F, -0.022F, -0.04F}, 0.106F),
+                  inside_ball({-0.012F, -0.01F, 0.052F}, 0.127F)};
+  right.planes_center_m = {-0.035F, -0.005F, 0};
+  right.planes_radius_m = 0.104F;
+  left.blend_m = 0.024F;
+  left.planes = {side({0.33F, -0.68F, -0.66F}, {0.045F, -0.032F, 0.035F}),
+                 side({-1, -0.6F, 0}, {0.027F, -0.03F, 0})};
+  left.shells = {inside_ball({0.038F, -0.04F, -0.073F}, 0.134F), inside_ball({0.03F, -0.16F, 0}, 0.226F)};
+  left.planes_center_m = {0.055F, 0.01F, 0.01F};
+  left.planes_radius_m = 0.088F;
+  // It lies in its bed under the right lobe; the fundus looks out below the margin.
+  gallbladder.cones = {cone({-0.012F, -0.02F, 0.002F}, {-0.026F, -0.077F, 0.026F}, 0.009F, 0.0135F)};
+  parts.limbs = {right, left, gallbladder};
+  scale_parts(parts, 1.07F * options.scale);  // 23 cm wide, 1.9 litres
+
   move_rigidly(
       parts, options, 4,
       [](float a) {
@@ -110,30 +160,45 @@ FigureParts build_liver(const FigureOptions& options) {
   return parts;
 }
 
+std::span<const Vec3f> scalpel_edge_m() {
+  // From the tip along the belly, a quarter of an ellipse that ends where the straight part begins.
+  static const std::vector<Vec3f> edge_m = [] {
+    constexpr int kBelly = 4;
+    constexpr Vec3f kMiddle{-0.175F, 0.004F, 0};
+    std::vector<Vec3f> points_m;
+    for (int i = 0; i <= kBelly; ++i) {
+      const SinCos t = sin_cos(0.25F * kTurn * static_cast<float>(i) / kBelly);
+      points_m.push_back(kMiddle + Vec3f{-0.065F * t.cos, -0.032F * t.sin, 0});
+    }
+    points_m.push_back({-0.085F, -0.028F, 0});
+    return points_m;
+  }();
+  return edge_m;
+}
+
+/// A No. 10 blade on a flat handle along x; the blade points to -x, its edge down.
 FigureParts build_scalpel(const FigureOptions& options) {
   FigureParts parts;
-  parts.limbs.resize(2);
-  // Handle along x, thicker where it is held; the blade points to -x with its edge down.
-  FigureParts::Limb& handle = parts.limbs[0];
-  handle.blend_m = 0.02F;
-  handle.cones = {cone({-0.02F, 0, 0}, {0.1F, 0, 0}, 0.013F, 0.019F),
-                  cone({0.1F, 0, 0}, {0.3F, 0, 0}, 0.019F, 0.012F),
-                  cone({-0.06F, 0, 0}, {-0.02F, 0, 0}, 0.009F, 0.013F)};
-  FigureParts::Limb& blade = parts.limbs[1];
-  const auto side = [&](Vec3f n, Vec3f through) {
-    const Vec3f unit = normalized(n);
-    blade.planes.push_back({0, {unit, dot(unit, through)}});
-  };
-  const Vec3f edge{-0.15F, -0.028F, 0};  // a point of the cutting edge
-  side({0, -0.06F, 1}, {-0.15F, 0.02F, 0.0035F});
-  side({0, -0.06F, -1}, {-0.15F, 0.02F, -0.0035F});
-  side({0, -1, 0}, edge);                     // the edge
-  side({0.05F, 1, 0}, {-0.06F, 0.016F, 0});   // the back
-  side({-0.45F, 1, 0}, {-0.2F, 0.018F, 0});   // the back falls to the tip
-  side({-0.7F, -1, 0}, {-0.2F, -0.028F, 0});  // the belly rises to the tip
-  side({1, 0, 0}, {-0.05F, 0, 0});            // inside the handle
-  blade.planes_center_m = {-0.15F, -0.003F, 0};
-  blade.planes_radius_m = 0.13F;
+  // Flat, with bevelled edges. Its belly, where fingers hold it, shows cameras which way the edge is.
+  FigureParts::Limb blade,
+      grip = plate({-0.075F, 0.0125F, 0.0125F}, {0.03F, 0.038F, 0.016F}, {0.312F, 0.018F, 0.015F}, 0.012F),
+      neck =
+          plate({-0.12F, 0.0095F, 0.0095F}, {-0.1F, 0.0125F, 0.0115F}, {-0.03F, 0.0135F, 0.0125F}, 0.0065F);
+  constexpr float kHalfThickness = 0.0025F, kBevel = 0.35F;  // the sine of its angle
+  for (const float z : {1.F, -1.F}) blade.planes.push_back(side({0, 0, z}, {0, 0, kHalfThickness * z}));
+  const std::span<const Vec3f> edge_m = scalpel_edge_m();
+  for (std::size_t i = 1; i < edge_m.size(); ++i) {
+    const Vec3f along = normalized(edge_m[i] - edge_m[i - 1]);
+    for (const float z : {1.F, -1.F}) {
+      const Vec3f across = kBevel * Vec3f{along.y, -along.x, 0};
+      blade.planes.push_back(side(across + Vec3f{0, 0, z * sqrt(1 - kBevel * kBevel)}, edge_m[i]));
+    }
+  }
+  blade.planes.push_back(side({-0.05F, 1, 0}, edge_m.front()));  // the back
+  blade.planes.push_back(side({1, -0.6F, 0}, edge_m.back()));    // the heel
+  blade.planes_center_m = {-0.16F, -0.01F, 0};
+  blade.planes_radius_m = 0.09F;
+  parts.limbs = {grip, neck, blade};
   scale_parts(parts, options.scale);
   // Held like a pen, the tip down and to the left; a sweep draws the edge through a cut along x.
   move_rigidly(

@@ -104,6 +104,8 @@ void Figure::at(double time_s, FigureShape& shape) const {
     limb.cone_count = static_cast<int>(part.cones.size());
     limb.first_plane = static_cast<int>(shape.planes_.size());
     limb.plane_count = static_cast<int>(part.planes.size());
+    limb.first_shell = static_cast<int>(shape.shells_.size());
+    limb.shell_count = static_cast<int>(part.shells.size());
     limb.blend_m = part.blend_m;
     limb.inverse_4_blend = inverse_4(part.blend_m);
     for (const FigureParts::Cone& c : part.cones) {
@@ -115,10 +117,8 @@ void Figure::at(double time_s, FigureShape& shape) const {
       const Vec3f n = M.R * p.side.normal;
       shape.planes_.push_back({n, p.side.offset_m + dot(n, M.t)});
     }
-    for (const SphereShell& s : part.shells) {
-      limb.shell = static_cast<int>(shape.shells_.size());
+    for (const SphereShell& s : part.shells)
       shape.shells_.push_back({T.front() * s.center_m, s.radius_m, s.half_thickness_m});
-    }
     if (limb.cone_count > 0) {
       bound_cones(std::span(shape.cones_).subspan(static_cast<std::size_t>(limb.first_cone)), limb);
     } else {

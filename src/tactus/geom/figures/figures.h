@@ -19,10 +19,9 @@ class FigureShape {
   /// All limbs (bit i: limb i).
   static constexpr unsigned kAllLimbs = ~0U;
   struct Limb {
-    int first_cone = 0, cone_count = 0;  ///< filled together with `blend_m`; or none, then:
-    int first_plane = 0,
-        plane_count = 0;  ///< convex body: intersection of half-spaces, and, with `shell` >= 0,
-    int shell = -1;       ///< of this shell
+    int first_cone = 0, cone_count = 0;    ///< their seams are filled within `blend_m`; or none, then:
+    int first_plane = 0, plane_count = 0;  ///< the intersection of half-spaces
+    int first_shell = 0, shell_count = 0;  ///< and of shells; its edges are rounded within `blend_m`
     float blend_m = 0, inverse_4_blend = 0;
     Vec3f center_m;  ///< bounding sphere
     float radius_m = 0;
@@ -75,9 +74,11 @@ class FigureShape {
     }
     if (limb.plane_count == 0) return d;
     d = planes_[static_cast<std::size_t>(limb.first_plane)].distance_m(p_m);
+    const auto cut = [&](const T& other) { d = smooth_max(d, other, limb.blend_m, limb.inverse_4_blend); };
     for (int i = 1; i < limb.plane_count; ++i)
-      d = max(d, planes_[static_cast<std::size_t>(limb.first_plane + i)].distance_m(p_m));
-    if (limb.shell >= 0) d = max(d, shells_[static_cast<std::size_t>(limb.shell)].distance_m(p_m));
+      cut(planes_[static_cast<std::size_t>(limb.first_plane + i)].distance_m(p_m));
+    for (int i = 0; i < limb.shell_count; ++i)
+      cut(shells_[static_cast<std::size_t>(limb.first_shell + i)].distance_m(p_m));
     // Planes alone underrate far points; the sphere holds the body and makes its own bound exact.
     const Vec3<T> q{p_m.x - T(limb.center_m.x), p_m.y - T(limb.center_m.y), p_m.z - T(limb.center_m.z)};
     return max(d, sqrt(dot(q, q)) - T(limb.radius_m));
@@ -118,8 +119,8 @@ struct FigureParts {
     float blend_m = 0;
     std::vector<Cone> cones;
     std::vector<Plane> planes;
-    std::vector<SphereShell> shells;  ///< in the frame of bone 0, at most one
-    float planes_radius_m = 0;  ///< bounding sphere of planes and shell, around `planes_center_m` (bone 0)
+    std::vector<SphereShell> shells;  ///< in the frame of bone 0; one of radius 0 is a ball
+    float planes_radius_m = 0;  ///< bounding sphere of planes and shells, around `planes_center_m` (bone 0)
     Vec3f planes_center_m{};
   };
   float seam_m = 0;
@@ -172,6 +173,9 @@ std::span<const std::string> figure_names();
 /// @throws usage_error for an unknown name (with the nearest one), a scale outside (0, 10] or an offset that
 /// is not finite.
 Figure make_figure(const std::string& name, const FigureOptions& options = {});
+
+/// The cutting edge of the figure `scalpel` at scale 1, from the tip, in the frame of its bone.
+std::span<const Vec3f> scalpel_edge_m();
 
 struct FigureVolume {
   double volume_m3 = 0;

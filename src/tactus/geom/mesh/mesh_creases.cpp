@@ -46,7 +46,7 @@ std::vector<Side> sides_of(std::vector<Corner>& corners, std::vector<std::size_t
 
 }  // namespace
 
-std::vector<Index> split_creases(TriangleMesh& mesh) {
+std::vector<Index> split_creases(TriangleMesh& mesh, Index first) {
   std::vector<Index> origin;
   if (mesh.normals.size() != mesh.positions_m.size()) compute_normals(mesh);
   std::vector<std::vector<Corner>> corners(mesh.positions_m.size());
@@ -57,7 +57,7 @@ std::vector<Index> split_creases(TriangleMesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) corners[at(mesh.triangles[t].at(k))].push_back({t, k, normal});
   }
   std::vector<std::size_t> side_of;
-  for (std::size_t v = 0; v < corners.size(); ++v) {
+  for (std::size_t v = at(first); v < corners.size(); ++v) {
     if (corners[v].empty()) continue;
     const std::vector<Side> sides = sides_of(corners[v], side_of);
     if (sides.size() < 2) continue;

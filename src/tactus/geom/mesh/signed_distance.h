@@ -70,6 +70,13 @@ T smooth_min(const T& a, const T& b, float blend_m, float inverse_4_blend) {
   return min(a, b) - h * h * T(inverse_4_blend);
 }
 
+/// Intersection of two bodies whose edge is rounded within `blend_m`; equal to max(a, b) where
+/// |a - b| >= blend_m. Raises the maximum by at most blend_m / 4.
+template <class T>
+T smooth_max(const T& a, const T& b, float blend_m, float inverse_4_blend) {
+  return -smooth_min(-a, -b, blend_m, inverse_4_blend);
+}
+
 /// The hull of two spheres: radius `radius_a_m` around `a_m`, another one `length_m` further along `axis`.
 struct RoundCone {
   Vec3f a_m;

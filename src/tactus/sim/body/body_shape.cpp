@@ -307,6 +307,7 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
   try {
     BodyShape shape;
     shape.surface_m = body_surface(body, assets, options, odd);
+    shape.has_creases = body.shape.kind == ShapeKind::box || body.shape.kind == ShapeKind::mesh;
     for (Vec3f& p : shape.surface_m.positions_m)
       p = vec_cast<float>(body.placement.to_world(vec_cast<double>(p)));
     if (!odd.empty()) shape.warnings.push_back(odd);

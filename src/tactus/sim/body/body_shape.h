@@ -22,8 +22,9 @@ struct BodyAssets {
 
 /// A body's shape, placed in the world, and the materials of its cubes.
 struct BodyShape {
-  TriangleMesh surface_m;  ///< closed, world
-  CubeLattice lattice;     ///< with masses and the fixed nodes of the description
+  TriangleMesh surface_m;    ///< closed, world
+  bool has_creases = false;  ///< that are meant: of boxes and files; samples of a smooth shape have none
+  CubeLattice lattice;       ///< with masses and the fixed nodes of the description
   ElementMask elements;
   std::vector<ElasticMaterial> materials;
   std::vector<std::uint8_t> material_of_cube;
