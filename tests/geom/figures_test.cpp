@@ -182,7 +182,7 @@ TEST(Figures, ScalpelHasAFlatHandleAndACurvedEdge) {
   EXPECT_GT(turned, 1.F) << "the belly";
   EXPECT_TRUE(inside({0.1F, -0.03F, 0}) && inside({0.1F, 0.015F, 0}) && inside({0.1F, 0, 0.0119F}));
   EXPECT_FALSE(inside({0.1F, 0, 0.0121F})) << "about half as thick as wide";
-  EXPECT_FALSE(inside({-0.15F, 0, 0.0026F})) << "the blade is a fifth as thick";
+  EXPECT_FALSE(inside({-0.15F, 0, 0.0015F})) << "the blade is an eighth as thick";
 }
 
 TEST(Figures, RoundConeIsTheUnionOfItsSpheres) {

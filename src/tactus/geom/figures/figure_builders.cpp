@@ -182,9 +182,9 @@ FigureParts build_scalpel(const FigureOptions& options) {
   // Flat, with bevelled edges. Its belly, where fingers hold it, shows cameras which way the edge is.
   FigureParts::Limb blade,
       grip = plate({-0.075F, 0.0125F, 0.0125F}, {0.03F, 0.038F, 0.016F}, {0.312F, 0.018F, 0.015F}, 0.012F),
-      neck =
-          plate({-0.12F, 0.0095F, 0.0095F}, {-0.1F, 0.0125F, 0.0115F}, {-0.03F, 0.0135F, 0.0125F}, 0.0065F);
-  constexpr float kHalfThickness = 0.0025F, kBevel = 0.35F;  // the sine of its angle
+      neck = plate({-0.086F, 0.0105F, 0.0095F}, {-0.078F, 0.0125F, 0.0115F}, {-0.03F, 0.0135F, 0.0125F},
+                   0.0065F);
+  constexpr float kHalfThickness = 0.0014F, kBevel = 0.35F;  // the sine of its angle
   for (const float z : {1.F, -1.F}) blade.planes.push_back(side({0, 0, z}, {0, 0, kHalfThickness * z}));
   const std::span<const Vec3f> edge_m = scalpel_edge_m();
   for (std::size_t i = 1; i < edge_m.size(); ++i) {
