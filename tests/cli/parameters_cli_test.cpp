@@ -38,8 +38,9 @@ TEST_F(Parameters, AreListedAndRefusedByName) {
   expect_refused(run + "bodies.block.spacing_m=0.02", 2, {"can't change while the scene runs"});
   const Outcome listed = run_tactus("info --parameters " + scene);
   EXPECT_EQ(listed.code, 0);
-  EXPECT_NE(listed.text.find("bodies.block.material.young_modulus_pa              20000  > 0 and <= 1e+09 Pa"),
-            std::string::npos)
+  EXPECT_NE(
+      listed.text.find("bodies.block.material.young_modulus_pa              20000  > 0 and <= 1e+09 Pa"),
+      std::string::npos)
       << listed.text;
 }
 

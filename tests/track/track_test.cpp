@@ -190,7 +190,7 @@ TEST(BladeTracker, StatesWhatNoiseDoes) {
   std::printf("  tip %.2f mm, roll %.1f degrees, %.3f within, %d of %d known\n", sum.tip_mm(), sum.roll_deg(),
               sum.share_within(), known, frames);
   EXPECT_GT(known, frames / 4);
-  EXPECT_GE(sum.share_within(), is_long() ? 0.95 : 0.85);  // errors of a stroke hang together
+  EXPECT_GE(sum.share_within(), 0.95);
   if (!is_long()) return;
   EXPECT_LT(sum.tip_mm(), 1.25);
   EXPECT_LT(sum.roll_deg(), 3.75);
