@@ -33,7 +33,7 @@ void MeshSink::frame(RunFrame& frame) {
 
 /// @returns the path of its file.
 std::string VtkSink::add(const RunFrame& frame, const std::string& part, const char* extension) {
-  const std::string path = stem_ + "-" + part + numbered(frame.images.tick, extension);
+  std::string path = stem_ + "-" + part + numbered(frame.images.tick, extension);
   files_.push_back({frame.images.time_s, part, std::filesystem::path(path).filename().string()});
   return path;
 }
