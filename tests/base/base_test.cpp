@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tactus/base/base64.h"
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/printable.h"
@@ -87,6 +88,13 @@ TEST(Timing, Percentiles) {
   EXPECT_DOUBLE_EQ(percentile({3, 1, 2}, 50), 2);
   EXPECT_DOUBLE_EQ(percentile({0, 10}, 99), 9.9);
   EXPECT_DOUBLE_EQ(percentile({}, 50), 0);
+}
+
+/// The examples of RFC 4648.
+TEST(Base64, PadsToFourDigits) {
+  const std::pair<const char*, const char*> examples[] = {
+      {"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foobar", "Zm9vYmFy"}};
+  for (const auto& [bytes, text] : examples) EXPECT_EQ(base64(bytes), text);
 }
 
 }  // namespace

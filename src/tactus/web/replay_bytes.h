@@ -20,6 +20,5 @@ std::string pack_corners(std::span<const std::array<Index, 3>> triangles);
 
 /// zlib's deflate at its best, as DecompressionStream('deflate') reads it. @throws Error out of memory.
 std::string deflated(std::string_view bytes);
-std::string base64(std::string_view bytes);
 
 }  // namespace tactus

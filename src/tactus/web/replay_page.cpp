@@ -1,5 +1,6 @@
 #include <array>
 
+#include "tactus/base/base64.h"
 #include "tactus/base/error.h"
 #include "tactus/web/replay_bytes.h"
 #include "tactus/web/replay_sink.h"
