@@ -92,6 +92,29 @@ Seen seen(test::FilmedWorld& world) {
   return {std::move(s.liquid_m), std::move(s.bodies.at(0).positions_m), std::move(s.films.at(0))};
 }
 
+/// A film that gets thinner by 0.2 mm/s leaves a stain, which stays: after 0.5 s without wounds, the film has
+/// lost more than a hundredth of its volume to it, and together they are what particles gave.
+TEST(FilmSceneStain, WhatDriesStaysAsAStain) {
+  Scene scene = wet_slab();
+  scene.blades.clear();
+  scene.fluid->film_drying_m_s = 2e-4;
+  WetSlab slab(scene, "cpu");
+  double stain_m3 = 0;
+  SceneFilmReport film;
+  for (int k = 0; k < 15; ++k) {
+    film = slab.step().film;
+    EXPECT_GE(film.stain_m3, stain_m3) << "frame " << k;
+    stain_m3 = film.stain_m3;
+  }
+  EXPECT_GT(stain_m3, 0.01 * film.film_m3);
+  const double given_m3 = kParticle_m3 * (static_cast<double>(film.taken) - static_cast<double>(film.given));
+  EXPECT_NEAR(film.film_m3 + stain_m3, given_m3, 1e-6 * given_m3);
+  double most_m = 0;
+  for (const float m : slab.world.snapshot().films.at(0).stain_m) most_m = std::max(most_m, double{m});
+  EXPECT_GT(most_m, 1e-5);
+  EXPECT_LT(most_m, 2e-4 * 0.5 + 1e-9) << "no vertex dries faster";
+}
+
 /// What was placed and what wounds were due are the particles, the film, the stain, what waits, and what left
 /// the box: in every frame, while a cut goes through the film and wounds bleed into it. All but the wounds'
 /// due volume are integers; that is in 2^-32 particles, and doubles: 1e-6 is far above their rounding.

@@ -117,6 +117,10 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
        "bleeds, "
        "the solver is dfsph and 'surface_tension_n_m' is > 0"},
       f.film, {{"auto", std::nullopt}, {"true", true}, {"false", false}});
+  v.real({"film_drying_m_s",
+          "by which a film gets thinner; what dries stays as a stain. Water in still air 3e-8, under a lamp "
+          "more"},
+         f.film_drying_m_s, {"m/s", 0, 0.01});
   v.choice({"looks", "how it is drawn"}, f.looks,
            {{"blood", LiquidLooks::blood}, {"water", LiquidLooks::water}});
   v.only_when(f.solver == LiquidModel::dfsph, "iterations", "'solver' is dfsph");

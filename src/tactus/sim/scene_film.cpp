@@ -29,7 +29,10 @@ bool has_film(const Scene& scene) {
 }
 
 SceneFilm::SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid)
-    : ctx_(ctx), liquid_(liquid), gravity_m_s2_(static_cast<float>(length(scene.gravity_m_s2))) {}
+    : ctx_(ctx),
+      liquid_(liquid),
+      gravity_m_s2_(static_cast<float>(length(scene.gravity_m_s2))),
+      drying_m_s_(static_cast<float>(scene.fluid->film_drying_m_s)) {}
 
 FilmSurface SceneFilm::surface_of(const SoftBody& body) {
   const EmbeddedSurface& s = body.seen_surface();
@@ -49,7 +52,8 @@ void SceneFilm::add_body(SoftBody& body) {
                                      FilmSettings{.density_kg_m3 = liquid.density_kg_m3,
                                                   .viscosity_Pa_s = std::max(liquid.viscosity_Pa_s, 1e-6F),
                                                   .surface_tension_N_m = liquid.surface_tension_N_m,
-                                                  .contact_angle_deg = liquid.contact_angle_deg},
+                                                  .contact_angle_deg = liquid.contact_angle_deg,
+                                                  .drying_m_s = drying_m_s_},
                                      surface.vertices.capacity, surface.triangles.capacity,
                                      body.seen_surface().incident().capacity());
   coat.exchange = std::make_unique<FilmExchange>(

@@ -59,7 +59,7 @@ class SceneFilm {
 
   ExecContext& ctx_;
   Liquid& liquid_;
-  float gravity_m_s2_;
+  float gravity_m_s2_, drying_m_s_;
   std::vector<Coat> coats_;
 };
 
