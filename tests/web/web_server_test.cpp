@@ -130,6 +130,20 @@ TEST_F(WebServerTest, MessagesThatNoViewerSendsEndTheConnection) {
   EXPECT_TRUE(wait_until([&] { return server->viewers() == 0; }));
 }
 
+/// A lost network, a closed lid: civetweb logs these, on a small stack.
+TEST_F(WebServerTest, ViewersThatDropInTheMiddleOfAMessageEndNothing) {
+  const auto server = serve();
+  for (const std::string& length :
+       {std::string("\xfe\x00\xc8", 3), std::string("\xff\0\0\0\0\x40\0\0\0", 9)}) {
+    WsClient viewer(server->port(), "/stream");
+    ASSERT_TRUE(viewer.receive());
+    viewer.send_raw("\x81" + length + "aaaaabc");
+  }
+  EXPECT_TRUE(wait_until([&] { return server->viewers() == 0; }));
+  WsClient viewer(server->port(), "/stream");
+  EXPECT_TRUE(viewer.receive());
+}
+
 TEST_F(WebServerTest, AStalledViewerDelaysNobody) {
   const auto server = serve();
   const auto frame = std::make_shared<const std::string>(std::string(4 << 20, 'f'));

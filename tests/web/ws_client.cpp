@@ -122,6 +122,8 @@ std::optional<WsClient::Message> WsClient::receive(double seconds) {
   }
 }
 
+void WsClient::send_raw(const std::string& bytes) { send_all(fd_, bytes); }
+
 void WsClient::send(const std::string& payload, unsigned char first_byte) {
   std::string bytes{static_cast<char>(first_byte)};
   if (payload.size() < 126) {

@@ -38,6 +38,8 @@ class WsClient {
   std::optional<Message> receive(double seconds = 5);
   /// @param first_byte FIN and opcode: 0x81 is a whole text
   void send(const std::string& payload, unsigned char first_byte = 0x81);
+  /// Bytes as they are: whole messages or parts of one.
+  void send_raw(const std::string& bytes);
 
  private:
   bool read_exactly(char* to, std::size_t bytes, std::chrono::steady_clock::time_point until);

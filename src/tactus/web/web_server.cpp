@@ -1,7 +1,9 @@
 #include "tactus/web/web_server.h"
 
 #include <civetweb.h>
+#include <dlfcn.h>
 #include <netinet/in.h>
+#include <pthread.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -19,6 +21,15 @@
 #include "tactus/web/client_message.h"
 #include "tactus/web/viewer_checks.h"
 #include "tactus/web/web_files.h"
+
+/// civetweb gives its threads 100 KB, of which thread-local storage takes most: its own log of a viewer that
+/// drops in the middle of a message then overflows the stack. The program's definition comes before libc's.
+extern "C" int pthread_attr_setstacksize(pthread_attr_t* attributes, std::size_t bytes) {
+  using SetSize = int (*)(pthread_attr_t*, std::size_t);
+  constexpr std::size_t kLeast = std::size_t{1} << 20;
+  static const auto set_size = reinterpret_cast<SetSize>(dlsym(RTLD_NEXT, "pthread_attr_setstacksize"));
+  return set_size(attributes, std::max(bytes, kLeast));
+}
 
 namespace tactus {
 namespace {

@@ -94,7 +94,9 @@ void Panels::load_font(float scale) {
     config.SizePixels = 13 * std::round(scale);  // a font of pixels
     fonts.AddFontDefault(&config);
   }
+  // The backend makes the texture with its shaders, once; another font takes another one.
   ImGui_ImplOpenGL3_DestroyFontsTexture();
+  if (scale_ > 0) ImGui_ImplOpenGL3_CreateFontsTexture();
   ImGui::GetStyle() = ImGuiStyle();
   ImGui::StyleColorsDark();
   ImGuiStyle& style = ImGui::GetStyle();
