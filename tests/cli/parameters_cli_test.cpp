@@ -39,9 +39,19 @@ TEST_F(Parameters, AreListedAndRefusedByName) {
   const Outcome listed = run_tactus("info --parameters " + scene);
   EXPECT_EQ(listed.code, 0);
   EXPECT_NE(
-      listed.text.find("bodies.block.material.young_modulus_pa              20000  > 0 and <= 1e+09 Pa"),
+      listed.text.find("bodies.block.material.young_modulus_pa              20000  >= 0.02 and <= 1e+09 Pa"),
       std::string::npos)
       << listed.text;
+}
+
+TEST_F(Parameters, NoFileIsWrittenTwiceOrOverTheScene) {
+  const std::string scene = write("s.yaml", kFall),
+                    run = "run " + scene + " --view none --devices cpu --frames 1 ";
+  expect_refused(run + "--json " + scene, 2, {"--json '", "is the scene's file, too"});
+  expect_refused(run + "--json " + path("a") + " --checkpoint " + path("a"), 2,
+                 {"--checkpoint '", "is --json's file, too"});
+  EXPECT_EQ(run_tactus(run + "--json " + path("a") + " --checkpoint " + path("b")).code, 0);
+  EXPECT_EQ(run_tactus(run + "--json " + path("a") + " --checkpoint " + path("b")).code, 0) << "once more";
 }
 
 }  // namespace

@@ -222,7 +222,7 @@ TEST(SceneParameters, OthersAreRefusedByName) {
             "parameter 'contact.fricton' is unknown; did you mean 'contact.friction'?");
   EXPECT_EQ(message("contact.friction", -1), "parameter 'contact.friction' is -1, expected >= 0 and <= 10");
   EXPECT_EQ(message("bodies.bar.material.young_modulus_pa", 0),
-            "parameter 'bodies.bar.material.young_modulus_pa' is 0, expected > 0 and <= 1e+09 Pa");
+            "parameter 'bodies.bar.material.young_modulus_pa' is 0, expected >= 0.02 and <= 1e+09 Pa");
   EXPECT_EQ(message("gravity_m_s2.y", std::nan("")).rfind("parameter 'gravity_m_s2.y' is nan, expected", 0),
             0U);
   EXPECT_EQ(message("bodies.bar.spacing_m", 0.01)

@@ -40,6 +40,31 @@ void check_web(const RunOptions& options) {
     if (is_given) throw usage_error(std::string(flag) + " goes with --web, which is not given");
 }
 
+/// Refuses a file that would be written twice, or over the run's own input. (RecordingFilter sees to
+/// --record.)
+void check_files(const RunOptions& options) {
+  struct Named {
+    const char* flag;
+    std::string path;
+  };
+  const Named outputs[] = {{"--json", options.json_path},
+                           {"--report", options.report_path},
+                           {"--checkpoint", options.checkpoint_path}};
+  std::vector<Named> taken{{"the scene", options.scene_path}, {"--source", options.source_path}};
+  for (const Named& output : outputs) {
+    if (output.path.empty() || output.path == "-") continue;
+    std::error_code no_such;
+    for (const Named& other : taken)
+      if (std::filesystem::exists(output.path, no_such) &&
+                  std::filesystem::is_regular_file(output.path, no_such)
+              ? std::filesystem::equivalent(output.path, other.path, no_such)
+              : output.path == other.path)
+        throw usage_error(std::string(output.flag) + " '" + output.path + "' is " + other.flag +
+                          "'s file, too: expected a file of its own");
+    taken.push_back(output);
+  }
+}
+
 /// The error in a number of frames; "" for none.
 std::string a_frame_count(const std::string& text) {
   const bool whole = !text.empty() && text.size() < 10 && text.find_first_not_of("0123456789") == text.npos;
@@ -77,6 +102,7 @@ SourceDescription source_of_file(const std::string& path, const std::string& fla
 }
 
 Scene scene_of(const RunOptions& options) {
+  check_files(options);
   Scene scene = read_scene(options.scene_path);
   if (!options.source_path.empty()) scene.source = source_of_file(options.source_path, "--source ");
   scene.source.plain = options.plain;

@@ -28,6 +28,12 @@ void SceneParameters::add(const std::string& name, const std::string& key, doubl
   apply_.push_back(std::move(apply));
 }
 
+void SceneParameters::narrow(double least, double most) {
+  SceneParameter& p = list_.back();
+  if (least > p.least) p.least = least, p.excludes_least = false;
+  p.most = std::min(p.most, most);
+}
+
 std::size_t SceneParameters::find(const std::string& name) const {
   const auto at =
       std::find_if(list_.begin(), list_.end(), [&](const SceneParameter& p) { return p.name == name; });

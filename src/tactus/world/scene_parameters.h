@@ -39,6 +39,8 @@ class SceneParameters {
 
   // For the World.
   using Apply = std::function<void(double)>;
+  /// Narrows the range of the parameter that was added last.
+  void narrow(double least, double most);
   /// @param name with the names of list entries @param key the schema's
   void add(const std::string& name, const std::string& key, double value, Apply apply);
   /// Called after each change.

@@ -34,9 +34,12 @@ void World::add_parameters_of(SoftBody& body, const BodyDescription& description
   const std::string in = "bodies." + body.name() + ".";
   const MaterialDescription& m = description.material;
   // As printed, shape matching's stiffness follows the step, not Young's modulus.
-  if (m.kappa == Stiffness::material)
+  if (m.kappa == Stiffness::material) {
+    constexpr double kMost = 1e6;  // of a stiffness over that which was built; floats hold its square root
     parameters_.add(in + "material.young_modulus_pa", "bodies[].material.young_modulus_pa",
                     m.young_modulus_pa, [&body](double E_Pa) { body.set_young_modulus_Pa(E_Pa); });
+    parameters_.narrow(m.young_modulus_pa / kMost, m.young_modulus_pa * kMost);
+  }
   parameters_.add(in + "material.drag_per_s", "bodies[].material.drag_per_s", m.drag_per_s,
                   [&body](double drag_per_s) { body.set_drag_per_s(drag_per_s); });
   if (description.bleeding && liquid_)

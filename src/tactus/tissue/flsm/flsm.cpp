@@ -76,7 +76,7 @@ Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& r, c
 }
 
 void Flsm::scale_stiffness(float scale) {
-  check_range("stiffness scale", scale, 1e-6F, 1e6F);
+  check_range("stiffness scale", scale, 0.99e-6F, 1.01e6F);
   scale_ = scale;
   omega_ =
       static_cast<float>(std::sqrt(double{scale} * double{material_.stiffness_scale} *
