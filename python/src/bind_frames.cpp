@@ -1,6 +1,8 @@
 // Cameras, images, hulls, and the loop over frames.
 #include <pybind11/stl.h>
 
+#include <cmath>
+
 #include "arrays.h"
 #include "module.h"
 #include "tactus/base/error.h"
@@ -20,6 +22,13 @@ Camera camera_of(const std::string& name, py::handle K, std::pair<Index, Index> 
     PyErr_Clear();
     throw usage_error("K of camera '" + name + "' is " + kind_of(K) + ", expected a (3, 3) array [px]");
   }
+  const bool is_matrix = k.at(1, 0) == 0 && k.at(2, 0) == 0 && k.at(2, 1) == 0 && k.at(2, 2) == 1;
+  bool is_finite = true;
+  for (py::ssize_t i = 0; i < 9; ++i) is_finite = is_finite && std::isfinite(k.data()[i]);
+  if (!is_matrix || !is_finite || !(k.at(0, 0) > 0) || !(k.at(1, 1) > 0))
+    throw usage_error(
+        "K of camera '" + name +
+        "' is no camera matrix: expected ((fx, s, cx), (0, fy, cy), (0, 0, 1)) [px], fx and fy > 0");
   if (size_px.first < 1 || size_px.second < 1)
     throw usage_error("size_px of camera '" + name + "' is (" + std::to_string(size_px.first) + ", " +
                       std::to_string(size_px.second) + "), expected (width, height)");
@@ -46,6 +55,11 @@ Box3f box_of(const std::string& argument, py::handle value) {
     box_m.min[a] = static_cast<float>(box.at(0, a));
     box_m.max[a] = static_cast<float>(box.at(1, a));
   }
+  const Vec3f edge = box_m.extent();
+  if (!(edge.x > 0 && edge.y > 0 && edge.z > 0 && std::isfinite(edge.x + edge.y + edge.z)))
+    throw usage_error(argument + " has edges of " + number_text(double{edge.x}) + ", " +
+                      number_text(double{edge.y}) + " and " + number_text(double{edge.z}) +
+                      " m, expected its least corner before its greatest");
   return box_m;
 }
 

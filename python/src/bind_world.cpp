@@ -140,24 +140,6 @@ void bind_snapshot(py::module_& m) {
           "(particles, 3) float32 [m]");
 }
 
-const char* text_of(ColliderKind kind) {
-  switch (kind) {
-    case ColliderKind::component:
-      return "component";
-    case ColliderKind::obstacle:
-      return "obstacle";
-    case ColliderKind::tool:
-      return "tool";
-    case ColliderKind::body:
-      return "body";
-  }
-  return "";
-}
-
-const char* text_of(TouchState state) {
-  return state == TouchState::sticking ? "sticking" : state == TouchState::sliding ? "sliding" : "left";
-}
-
 /// Arrays, one entry a contact.
 py::dict contacts_of(PyWorld& world, const std::string& body) {
   const PyWorld::Held held = world.get();
@@ -178,8 +160,8 @@ py::dict contacts_of(PyWorld& world, const std::string& body) {
       impulse_N_s.mutable_at(i, a) = c.impulse_N_s[a];
     }
     other.append(c.other);
-    kind.append(text_of(c.kind));
-    state.append(text_of(c.state));
+    kind.append(kind_text(c.kind));
+    state.append(state_text(c.state));
   }
   py::dict contacts;
   contacts["point"] = point;

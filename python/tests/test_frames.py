@@ -60,6 +60,10 @@ def test_masks_keep_their_pixels():
     (lambda: tactus.Frame([[1, 2]]), r"masks\[0\] is a list, expected"),
     (lambda: tactus.Camera("a", np.eye(2), (4, 4), np.eye(4)), r"K of camera 'a' is a float64 array of shape \(2, 2\)"),
     (lambda: tactus.Camera("a", np.eye(3), (0, 4), np.eye(4)), r"size_px of camera 'a' is \(0, 4\)"),
+    (lambda: tactus.Camera("a", np.ones((3, 3)), (4, 4), np.eye(4)), r"K of camera 'a' is no camera matrix"),
+    (lambda: tactus.Camera("a", np.full((3, 3), np.nan), (4, 4), np.eye(4)), r"K of camera 'a' is no camera matrix"),
+    (lambda: tactus.Rig([], ((0, 0, 0), (1, -1, 1))), r"workspace_m has edges of 1, -1 and 1 m"),
+    (lambda: tactus.Rig([], ((0, 0, 0), (1, np.nan, 1))), r"workspace_m has edges of 1, nan and 1 m"),
     (lambda: tactus.Rig([], ((0, 0), (1, 1))), r"workspace_m is a tuple, expected"),
     (lambda: tactus.VisualHull("cpu", ring(), 64).reconstruct(tactus.Frame([np.zeros((4, 4), bool)])), r"1 .*8"),
 ])

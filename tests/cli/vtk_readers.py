@@ -21,6 +21,7 @@ bodies:
     fixed: [{kind: half_space, frame: world, point_m: [0, 0.001, 0], normal: [0, 1, 0]}]
 blades:
   - {name: b, from_m: [-0.02, 0.02, -0.05], to_m: [-0.02, 0.06, -0.05], path: [{time_s: 0.02}, {time_s: 0.3, displacement_m: [0, 0, 0.1]}]}
+obstacles: [{name: table, kind: box, size_m: [0.3, 0.01, 0.3], placement: {position_m: [0, -0.01, 0]}}]
 fluid: {spacing_m: 0.01, box: {min_m: [-0.1, 0, -0.1], max_m: [0.1, 0.2, 0.1]}, blocks: [{min_m: [-0.02, 0.1, -0.02], max_m: [0.02, 0.12, 0.02]}]}
 output: {vtk_every: 20, usd_every: 20}
 """
@@ -49,7 +50,7 @@ def by_meshio(path):
 
 def points_of_usd(text):
     """The points of the slab at the last time code."""
-    mesh = text.split('def Mesh "slab"')[1].split("def ")[0]
+    mesh = text.split('def Mesh "body_slab"')[1].split("def ")[0]
     samples = mesh.split("points.timeSamples = {")[1].split("}")[0]
     last = [line for line in samples.splitlines() if ":" in line][-1]
     return [tuple(map(float, p.split(","))) for p in re.findall(r"\(([^)]*)\)", last)]
@@ -84,6 +85,7 @@ def main():
             assert (a == b).all() and all((of_a[k] == of_b[k]).all() for k in of_a), "the readers differ"
         pvd = (folder / "s.pvd").read_text()
         assert all((folder / f).exists() for f in re.findall(r'file="([^"]*)"', pvd)) and pvd.count("<DataSet") == 4
+        assert 'def Mesh "obstacle_table"' in (folder / "s.usda").read_text()
         usd = points_of_usd((folder / "s.usda").read_text())
         assert len(usd) > 400 and all(abs(x) < 0.05 and -0.001 < y < 0.05 for x, y, _ in usd)
     print("read by " + ", ".join(readers))

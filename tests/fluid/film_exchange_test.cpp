@@ -93,6 +93,25 @@ std::vector<LiquidParticle> millilitre() {
       kSpacing_m);
 }
 
+/// Gravity that is set is gravity that was there from the beginning, to the bit; none is refused.
+TEST(FilmExchange, FollowsGravity) {
+  DeviceSet devices("cpu");
+  ExecContext& ctx = devices.context(0);
+  const Sheet sheet(0.02F, 0.02F, 0.002F);
+  const SheetFilm film(ctx, sheet, {}, 0.F, kFrame_s);
+  const FilmExchangeSettings weak{
+      .spacing_m = 0.001F, .gravity_m_s2 = 1, .reach_m = 0.004F, .max_particles = 64};
+  FilmExchangeSettings strong = weak;
+  strong.gravity_m_s2 = 9.81F;
+  const FilmExchange built(ctx, weak, film.film);
+  FilmExchange set(ctx, strong, film.film);
+  EXPECT_LT(set.thick_m(), built.thick_m());
+  set.set_gravity_m_s2(1, film.film);
+  EXPECT_EQ(set.thick_m(), built.thick_m());
+  EXPECT_NE(test::message_of([&] { set.set_gravity_m_s2(0, film.film); }).find("gravity_m_s2 is 0"),
+            std::string::npos);
+}
+
 /// A slab of 20 x 20 x 2.5 mm, laid down, of particles of 2.5 mm and of half of that. Particles alone end in
 /// tens of balls over 18 and 10 cm. Young and Laplace's puddle at 40 degrees is 31.3 mm across. 15 %: 6 % for
 /// the film alone (film_test.cpp); and while particles are not yet film, the slab slumps at up to (g h)^(1/2)

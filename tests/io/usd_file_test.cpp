@@ -56,5 +56,27 @@ TEST(UsdFile, HasTimeSamplesOfWhatChanges) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'));
 }
 
+/// USD has fewer signs in names than scenes. Things that differ stay two, and one that goes is gone from then
+/// on, but for those that stand still.
+TEST(UsdFile, ThingsStayApartAndGo) {
+  const TempFolder folder;
+  const std::string path = folder.path + "/a.usda";
+  UsdWriter usd(path, 30);
+  usd.add_still("table", triangle_at(-1), {1, 1, 1});
+  for (int k = 0; k < 3; ++k) {
+    usd.add("a b", triangle_at(0), {1, 0, 0}, k);
+    if (k == 0) usd.add("a_b", triangle_at(1), {0, 1, 0}, k);
+    usd.end_frame(k);
+  }
+  usd.write();
+  const std::string text = text_of(path);
+  const std::size_t table = text.find("def Mesh \"table\""), first = text.find("def Mesh \"a_b\""),
+                    second = text.find("def Mesh \"a_b_\"");
+  ASSERT_TRUE(table < first && first < second && second != std::string::npos) << text;
+  EXPECT_EQ(text.substr(table, first - table).find("1: ["), std::string::npos) << "it stands still";
+  EXPECT_NE(text.substr(first, second - first).find("2: [(0, 0, 0), (1, 0, 0)"), std::string::npos);
+  EXPECT_NE(text.find("1: [],\n        }", second), std::string::npos) << "gone, and once is enough";
+}
+
 }  // namespace
 }  // namespace tactus

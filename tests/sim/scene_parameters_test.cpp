@@ -27,7 +27,7 @@ bodies:
     spacing_m: 0.02
     material: {drag_per_s: 4}
     fixed: [{kind: half_space, point_m: [-0.09, 0, 0], normal: [1, 0, 0]}]
-probes: [{name: tip, body: bar, position_m: [0.1, 0, 0]}]
+probes: [{name: tip, body: bar, position_m: [0.1, 0, 0]}, {name: root, body: bar, position_m: [-0.06, 0.01, 0]}]
 )",
                             "scenes/x.yaml");
   MaterialDescription& material = scene.bodies[0].material;
@@ -44,8 +44,10 @@ probes: [{name: tip, body: bar, position_m: [0.1, 0, 0]}]
 
 double tip_m(World& world) { return double{probe_positions_m(world)[0].y}; }
 
-/// A body whose stiffness is set moves as one that was built so: forces are the same up to roundings of
-/// floats, 1e-7, which some hundred steps of a damped bar don't multiply by more than that.
+/// A body whose stiffness is set moves as one that was built so. Positions are floats, rounded by 3e-8 m at
+/// 0.5 m; a damped bar that sags by 0.1 m doesn't let a few hundred of these become more than 16: 5e-7 m.
+/// Over a cube of 2 cm that is 2.5e-5 of strain, where the root has 0.05: 5e-4 of its stress, and 1e-3 of
+/// energies.
 TEST(SceneParameters, StiffnessThatIsSetIsStiffnessThatIsBuilt) {
   for (const std::string model : {"tled", "flsm"}) {
     DeviceSet devices("cpu");
@@ -56,11 +58,12 @@ TEST(SceneParameters, StiffnessThatIsSetIsStiffnessThatIsBuilt) {
       EXPECT_EQ(a.substeps, b.substeps) << model << " " << k;
     }
     EXPECT_LT(tip_m(built), 0.499) << model << ": it sags";
-    EXPECT_NEAR(tip_m(set), tip_m(built), 2e-6) << model;
-    const ProbeReading a = set.probes()[0], b = built.probes()[0];
-    EXPECT_NEAR(a.strain.von_mises_Pa(), b.strain.von_mises_Pa(), 1e-3 * b.strain.von_mises_Pa() + 1e-3);
-    EXPECT_NEAR(set.monitors()[0].elastic_J, built.monitors()[0].elastic_J,
-                1e-3 * built.monitors()[0].elastic_J);
+    EXPECT_NEAR(tip_m(set), tip_m(built), 5e-7) << model;
+    if (model == "flsm") continue;  // stress is known of elements alone
+    const double root_Pa = built.probes()[1].strain.von_mises_Pa(), bent_J = built.monitors()[0].elastic_J;
+    EXPECT_GT(root_Pa, 1000);
+    EXPECT_NEAR(set.probes()[1].strain.von_mises_Pa(), root_Pa, 5e-4 * root_Pa);
+    EXPECT_NEAR(set.monitors()[0].elastic_J, bent_J, 1e-3 * bent_J);
   }
 }
 

@@ -271,6 +271,34 @@ TEST_F(Viewed, KeptFrameIsSimulatedAgainWithTheSameBits) {
   EXPECT_NE(first[0], first[5]);
 }
 
+/// What is known of a tracked tool can't be kept: the run goes on, and nothing is kept.
+TEST(LiveRun, AFrameThatCannotBeKeptEndsNothing) {
+  Scene scene = small_scene();
+  scene.source.kind = SourceKind::synthetic;
+  scene.source.figure = "scalpel";
+  scene.source.fps = 30;
+  scene.reconstruction.resolution = 16;
+  scene.blades.emplace_back().name = "scalpel";
+  scene.blades[0].tracked.emplace();
+  LiveRun run(scene, {.devices = "cpu", .tool = "ball"});
+  run.control().set_paused(true);
+  run.start({});
+  const auto next_number = [&] {
+    for (const double until_s = now_s() + 20; now_s() < until_s;) {
+      run.rethrow_failure();
+      if (const auto frame = run.take_frame()) return frame->number;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return 0;
+  };
+  EXPECT_EQ(next_number(), 1);
+  run.control().keep();
+  run.control().step();
+  EXPECT_EQ(next_number(), 2);
+  EXPECT_EQ(run.kept_frame(), 0);
+  EXPECT_EQ(run.state(), LiveRun::State::running);
+}
+
 /// A picture that takes long leaves frames unseen; the one at which it pauses is seen.
 TEST_F(Viewed, PauseShowsTheFrameAtWhichItStands) {
   start(false);

@@ -63,7 +63,7 @@ void run(const RunOptions& options) {
   if (options.explain) sinks.explain.emplace(scene);
   const double frames_per_s = std::clamp(source->fps().value_or(30), 1.0, 240.0);  // a film's
   if (scene.output.vtk_every > 0) sinks.vtk.emplace(scene.output.vtk_every, stem);
-  if (scene.output.usd_every > 0) sinks.usd.emplace(scene, stem, frames_per_s);
+  if (scene.output.usd_every > 0) sinks.usd.emplace(scene, assets, stem, frames_per_s);
   if (scene.output.mesh_every > 0) sinks.meshes.emplace(scene, stem);
   if (options.view == "file") {
     check_opengl();

@@ -54,11 +54,11 @@ void check_files(const RunOptions& options) {
   for (const Named& output : outputs) {
     if (output.path.empty() || output.path == "-") continue;
     std::error_code no_such;
+    const auto path = std::filesystem::weakly_canonical(output.path, no_such);
+    if (std::filesystem::exists(path, no_such) && !std::filesystem::is_regular_file(path, no_such))
+      continue;  // a device takes all of them
     for (const Named& other : taken)
-      if (std::filesystem::exists(output.path, no_such) &&
-                  std::filesystem::is_regular_file(output.path, no_such)
-              ? std::filesystem::equivalent(output.path, other.path, no_such)
-              : output.path == other.path)
+      if (!other.path.empty() && std::filesystem::weakly_canonical(other.path, no_such) == path)
         throw usage_error(std::string(output.flag) + " '" + output.path + "' is " + other.flag +
                           "'s file, too: expected a file of its own");
     taken.push_back(output);

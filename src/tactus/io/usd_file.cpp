@@ -53,11 +53,13 @@ float linear(float c) { return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F
 
 UsdWriter::Prim& UsdWriter::prim(const std::string& name, const char* kind,
                                  std::initializer_list<const char*> declarations) {
-  const std::string id = identifier(name);
   for (const auto& known : prims_)
-    if (known->name == id) return *known;
+    if (known->name == name) return *known;
   auto made = std::make_unique<Prim>();
-  made->name = id;
+  made->name = name;
+  made->id = identifier(name);
+  const auto is_taken = [&](const auto& other) { return other->id == made->id; };
+  while (std::any_of(prims_.begin(), prims_.end(), is_taken)) made->id += '_';
   made->kind = kind;
   for (const char* declaration : declarations) {
     made->attributes.push_back({declaration, Scratch(std::tmpfile())});
@@ -98,6 +100,7 @@ void UsdWriter::add(const std::string& name, const TriangleMesh& mesh, Vec3f col
   sample(p, kExtent, time_code, extent_of(mesh.positions_m));
   p.last = mesh;
   p.last_code = time_code;
+  p.is_gone = false;
 }
 
 void UsdWriter::add_points(const std::string& name, std::span<const Vec3f> x_m, float width_m, Vec3f colour,
@@ -107,11 +110,21 @@ void UsdWriter::add_points(const std::string& name, std::span<const Vec3f> x_m, 
   p.width_m = width_m;
   sample(p, 0, time_code, list_of(x_m));
   sample(p, 1, time_code, extent_of(x_m, width_m / 2));
+  p.last_code = time_code;
+}
+
+void UsdWriter::end_frame(int time_code) {
+  last_ = time_code;
+  for (const auto& p : prims_) {
+    if (p->is_still || p->is_gone || p->last_code == time_code || p->kind != "Mesh") continue;
+    add(p->name, {}, p->colour, time_code);
+    p->is_gone = true;
+  }
 }
 
 std::string UsdWriter::head_of(const Prim& of) {
   const Vec3f c{linear(of.colour.x), linear(of.colour.y), linear(of.colour.z)};
-  std::string text = "    def " + of.kind + " \"" + of.name + "\"\n    {\n";
+  std::string text = "    def " + of.kind + " \"" + of.id + "\"\n    {\n";
   if (of.kind == "Mesh") {
     text += "        uniform token subdivisionScheme = \"none\"\n        uniform bool doubleSided = true\n";
   } else {

@@ -24,13 +24,20 @@ class UsdWriter {
 
   /// A surface at a time code. Where triangles are those of the frame before, they are not repeated.
   /// Velocities [m/s] are of vertices that were there in the frame before; else they are 0.
-  /// @param name of letters, digits and others, which become _ @param colour sRGB, 0..1
+  /// @param name what it is called in all frames. Signs that USD's names don't have become _, and another
+  /// thing of the same name then gets one more @param colour sRGB, 0..1
   /// @throws Error when the disk is full.
   void add(const std::string& name, const TriangleMesh& mesh, Vec3f colour, int time_code);
   /// Particles of a liquid at a time code. @param width_m diameter
   void add_points(const std::string& name, std::span<const Vec3f> x_m, float width_m, Vec3f colour,
                   int time_code);
-  void end_frame(int time_code) { last_ = time_code; }
+  /// A surface that stands still.
+  void add_still(const std::string& name, const TriangleMesh& mesh, Vec3f colour) {
+    add(name, mesh, colour, 0);
+    prims_.back()->is_still = true;
+  }
+  /// What moved, and wasn't added in this frame, isn't there any more.
+  void end_frame(int time_code);
   /// @throws Error naming the path.
   void write() const;
 
@@ -45,12 +52,14 @@ class UsdWriter {
     Scratch file;
   };
   struct Prim {
-    std::string name, kind;
+    std::string name, id;  ///< as given, and in the file
+    std::string kind;
     Vec3f colour;
     float width_m = 0;
     std::vector<Samples> attributes;
-    TriangleMesh last;  ///< its frame before
-    int last_code = -2;
+    TriangleMesh last;   ///< its frame before
+    int last_code = -2;  ///< of its newest sample
+    bool is_still = false, is_gone = false;
   };
   Prim& prim(const std::string& name, const char* kind, std::initializer_list<const char*> declarations);
   void sample(Prim& of, std::size_t attribute, int time_code, const std::string& value) const;

@@ -24,6 +24,19 @@ std::uint64_t hash_of_scene(const std::string& path) { return fnv1a(read_file(pa
 
 }  // namespace
 
+std::optional<FrameSet> take_again(FrameSource& source, std::int64_t count, const std::string& path) {
+  std::optional<FrameSet> last;
+  for (std::int64_t taken = 0; taken < count; ++taken) {
+    FrameSet frame;
+    const NextFrame next = source.next(frame);
+    if (next == NextFrame::no_more_data)
+      throw Error(path + ": " + std::to_string(count) + " frames were taken from the source, which has " +
+                  std::to_string(taken));
+    if (next == NextFrame::success) last = std::move(frame);
+  }
+  return last;
+}
+
 void write_checkpoint(const std::string& path, const std::string& scene_path, const RunProgress& progress,
                       World& world) {
   StateArchive a;
@@ -41,17 +54,9 @@ RunProgress read_checkpoint(const std::string& path, const std::string& scene_pa
   if (state.scene != hash_of_scene(scene_path))
     throw usage_error(path + ": the checkpoint is of another scene than " + scene_path +
                       ", or that was changed since");
+  const std::optional<FrameSet> last = take_again(source, state.taken, path);
   RunProgress progress;
-  std::optional<FrameSet> last;  // that had images
-  while (progress.taken < state.taken) {
-    FrameSet frame;
-    const NextFrame next = source.next(frame);
-    if (next == NextFrame::no_more_data)
-      throw Error(path + ": " + std::to_string(state.taken) +
-                  " frames were taken from the source, which has " + std::to_string(progress.taken));
-    ++progress.taken;
-    if (next == NextFrame::success) last = std::move(frame);
-  }
+  progress.taken = state.taken;
   progress.last_time_s = state.last_time_s;
   progress.has_time = state.taken > 0;
   progress.has_images = last.has_value();

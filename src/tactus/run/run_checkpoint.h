@@ -6,6 +6,9 @@
 
 namespace tactus {
 
+/// Takes the first `count` frames of a source once more. @returns the last that had images; none: none had
+/// @throws Error beginning with `path` when the source has fewer.
+std::optional<FrameSet> take_again(FrameSource& source, std::int64_t count, const std::string& path);
 /// After the last frame. @throws Error when the file can't be written.
 void write_checkpoint(const std::string& path, const std::string& scene_path, const RunProgress& progress,
                       World& world);

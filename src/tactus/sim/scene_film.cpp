@@ -18,6 +18,12 @@ float reach_m(const SoftBody& body, float spacing_m) {
   return spacing_m + std::min(longest_m, body.shape().lattice.spacing_m);
 }
 
+/// In weightlessness, a puddle has no height at which it stops to grow.
+float puddle_gravity_m_s2(Vec3d gravity_m_s2) {
+  constexpr float kLeast_m_s2 = 0.01F;
+  return std::max(static_cast<float>(length(gravity_m_s2)), kLeast_m_s2);
+}
+
 }  // namespace
 
 bool has_film(const Scene& scene) {
@@ -31,7 +37,7 @@ bool has_film(const Scene& scene) {
 SceneFilm::SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid)
     : ctx_(ctx),
       liquid_(liquid),
-      gravity_m_s2_(static_cast<float>(length(scene.gravity_m_s2))),
+      gravity_m_s2_(puddle_gravity_m_s2(scene.gravity_m_s2)),
       drying_m_s_(static_cast<float>(scene.fluid->film_drying_m_s)) {}
 
 FilmSurface SceneFilm::surface_of(const SoftBody& body) {
@@ -41,8 +47,6 @@ FilmSurface SceneFilm::surface_of(const SoftBody& body) {
 }
 
 void SceneFilm::add_body(SoftBody& body) {
-  /// In weightlessness, a puddle has no height at which it stops to grow.
-  constexpr float kLeastGravity_m_s2 = 0.01F;
   const LiquidSettings& liquid = liquid_.settings();
   const FilmSurface surface = surface_of(body);
   Coat& coat = coats_.emplace_back();
@@ -56,14 +60,19 @@ void SceneFilm::add_body(SoftBody& body) {
                                                   .drying_m_s = drying_m_s_},
                                      surface.vertices.capacity, surface.triangles.capacity,
                                      body.seen_surface().incident().capacity());
-  coat.exchange = std::make_unique<FilmExchange>(
-      ctx_,
-      FilmExchangeSettings{.spacing_m = liquid.spacing_m,
-                           .gravity_m_s2 = std::max(gravity_m_s2_, kLeastGravity_m_s2),
-                           .reach_m = reach_m(body, liquid.spacing_m),
-                           .max_particles = liquid.max_particles},
-      *coat.film);
+  coat.exchange =
+      std::make_unique<FilmExchange>(ctx_,
+                                     FilmExchangeSettings{.spacing_m = liquid.spacing_m,
+                                                          .gravity_m_s2 = gravity_m_s2_,
+                                                          .reach_m = reach_m(body, liquid.spacing_m),
+                                                          .max_particles = liquid.max_particles},
+                                     *coat.film);
   coat.exchange->add_vertices(ctx_, surface, 0, coat.vertices);
+}
+
+void SceneFilm::set_gravity(Vec3d gravity_m_s2) {
+  gravity_m_s2_ = puddle_gravity_m_s2(gravity_m_s2);
+  for (Coat& coat : coats_) coat.exchange->set_gravity_m_s2(gravity_m_s2_, *coat.film);
 }
 
 void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {

@@ -31,6 +31,8 @@ class SceneFilm {
   SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid);
   /// Its walls stop the liquid, too. Both must outlive the schedule's runs.
   void add_body(SoftBody& body);
+  /// Between frames. A recorded frame must be recorded anew.
+  void set_gravity(Vec3d gravity_m_s2);
   /// Before those of wounds and of the liquid.
   void add_stages(Schedule& schedule, Readback& readback);
   SceneFilmReport report(const Readback& readback) const;

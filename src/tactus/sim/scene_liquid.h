@@ -81,6 +81,10 @@ class SceneLiquid {
     return film_ ? film_->report(readback) : SceneFilmReport{};
   }
   /// nullptr where bodies have none.
+  /// Between frames, as SceneFilm::set_gravity; steps read gravity where frames have it.
+  void set_gravity(Vec3d gravity_m_s2) {
+    if (film_) film_->set_gravity(gravity_m_s2);
+  }
   const SceneFilm* film() const { return film_.get(); }
   /// When a body was cut, between frames. Synchronizes.
   void follow_cut(SoftBody& body, std::vector<Notice>& notices);

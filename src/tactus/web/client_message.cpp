@@ -8,6 +8,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/printable.h"
+#include "tactus/geom/maths/rotation.h"
 
 namespace tactus {
 namespace {
@@ -47,11 +48,8 @@ Rigidd pose_of(const Json& message) {
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (!(std::abs(norm - 1) <= 1e-3))
     throw Error("'quaternion': its length is " + number_text(norm) + ", expected 1 (x, y, z, w)");
-  const double x = q[0] / norm, y = q[1] / norm, z = q[2] / norm, w = q[3] / norm;
   Rigidd T;
-  T.R.row[0] = {1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)};
-  T.R.row[1] = {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)};
-  T.R.row[2] = {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)};
+  T.R = rotation_from_quaternion(q[3], q[0], q[1], q[2]);
   T.t = {p[0], p[1], p[2]};
   return T;
 }

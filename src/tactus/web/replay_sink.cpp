@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "tactus/base/byte_io.h"
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/web/json_text.h"
 #include "tactus/web/replay_bytes.h"
 #include "tactus/web/web_files.h"
 
@@ -45,10 +45,6 @@ void coarsen_normals(std::string& vertices) {
 void put_message(std::string& to, const std::string& message) {
   put_bytes(to, static_cast<std::uint32_t>(message.size()));
   to += message;
-}
-
-std::string json_text(const nlohmann::json& json) {
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ void RunControl::check(const ClientMessage& message) const {
   for (const SceneParameter& p : options_.parameters) {
     known.push_back(p.name);
     if (p.name != message.name) continue;
-    if (message.value < p.least || message.value > p.most || (p.excludes_least && message.value == p.least))
+    if (!p.allows(message.value))
       throw Error("'" + p.name + "': " + number_text(message.value) + ", expected " + p.range_text());
     return;
   }
@@ -87,7 +87,9 @@ bool RunControl::may_step() {
   bool starts = false;
   {
     const std::lock_guard lock(mutex_);
-    if (state_ == State::waiting) starts = !options_.has_viewers || options_.has_viewers();
+    const bool is_seen = !options_.has_viewers || options_.has_viewers();
+    if (state_ == State::waiting) starts = !options_.waits_for_viewer || is_seen;
+    if (state_ == State::paused && steps_ == 0) starts = !is_seen;
     if (state_ == State::paused && steps_ > 0) {
       --steps_;
       due_s_ = 0;

@@ -22,14 +22,16 @@ class RunControl {
     bool keeps_pace = true;
     std::vector<std::string> held;           ///< obstacles that viewers may move
     std::vector<SceneParameter> parameters;  ///< those that viewers may set
-    std::function<bool()> has_viewers;       ///< the first frame waits for one; none: it doesn't
+    std::function<bool()> has_viewers;       ///< whether somebody looks; none: nobody is asked
+    bool waits_for_viewer = false;           ///< the first frame does
     std::function<void()> state_changed;     ///< may be empty
   };
   explicit RunControl(Options options) : options_(std::move(options)) {}
 
   /// @returns the error of a message that was refused, with the remedy; or "".
   std::string handle(std::string_view text);
-  /// Waits until the next frame is due: a viewer is there, nobody paused, its time has come.
+  /// Waits until the next frame is due: a viewer is there, nobody paused, its time has come. A pause ends
+  /// when the last viewer left.
   /// @param should_stop asked every 20 ms @returns whether the run should stop
   bool wait_for_turn(const std::function<bool()>& should_stop);
   /// Moves held obstacles and sets parameters for the next frame. @param time_s of the frame that was stepped

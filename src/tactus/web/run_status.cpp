@@ -1,8 +1,9 @@
 #include "tactus/web/run_status.h"
 
 #include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
+
+#include "tactus/geom/maths/rotation.h"
+#include "tactus/web/json_text.h"
 
 namespace tactus {
 namespace {
@@ -35,27 +36,8 @@ nlohmann::json body_json(const SoftBody& body, const BodyMonitors& monitors, con
 
 /// As viewers send it: (x, y, z, w) of the unit quaternion, w >= 0.
 nlohmann::json pose_json(const Rigidd& T) {
-  const auto& R = T.R;
-  // The largest of the four component divides the others.
-  const double four[4] = {1 + R(0, 0) - R(1, 1) - R(2, 2), 1 - R(0, 0) + R(1, 1) - R(2, 2),
-                          1 - R(0, 0) - R(1, 1) + R(2, 2), 1 + R(0, 0) + R(1, 1) + R(2, 2)};
-  const auto largest = static_cast<int>(std::max_element(four, four + 4) - four);
-  const double off[3][3] = {{0, R(1, 0) + R(0, 1), R(0, 2) + R(2, 0)},
-                            {R(1, 0) + R(0, 1), 0, R(2, 1) + R(1, 2)},
-                            {R(0, 2) + R(2, 0), R(2, 1) + R(1, 2), 0}};
-  const double turn[3] = {R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1)};
-  double q[4];
-  for (int i = 0; i < 4; ++i) {
-    if (i == largest)
-      q[i] = four[i];
-    else if (largest == 3)
-      q[i] = turn[i];
-    else
-      q[i] = i == 3 ? turn[largest] : off[largest][i];
-  }
-  const double scale = (q[3] < 0 ? -0.5 : 0.5) / std::sqrt(four[largest]);
-  return {{"position_m", {T.t.x, T.t.y, T.t.z}},
-          {"quaternion", {scale * q[0], scale * q[1], scale * q[2], scale * q[3]}}};
+  const Quat<double> q = quaternion_of(T.R);
+  return {{"position_m", {T.t.x, T.t.y, T.t.z}}, {"quaternion", {q.x, q.y, q.z, q.w}}};
 }
 
 }  // namespace
@@ -107,8 +89,7 @@ std::string RunStatus::text(RunFrame& frame) {
   for (const SceneParameter& p : world.parameters().list()) json["parameters"][p.name] = p.value;
   for (const std::string& name : held_) json["poses"][name] = pose_json(world.pose(name));
   if (world.liquid() != nullptr) json["liquid"] = {{"particles", frame.report.liquid.here}};
-  // JSON has no infinite numbers: dump() writes null for them. Text of files may be no UTF-8.
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return json_text(json);
 }
 
 }  // namespace tactus

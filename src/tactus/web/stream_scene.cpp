@@ -1,10 +1,10 @@
 #include "tactus/web/stream_scene.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "tactus/geom/mesh/mesh_creases.h"
 #include "tactus/sim/still_obstacles.h"
+#include "tactus/web/json_text.h"
 
 namespace tactus {
 namespace {
@@ -150,7 +150,7 @@ std::string StreamScene::setting_json(bool control, std::span<const SceneParamet
                                   {"value", p.value},
                                   {"least", p.least},
                                   {"most", p.most}});
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return json_text(json);
 }
 
 std::string StreamScene::setting(bool control, std::span<const SceneParameter> parameters) const {

@@ -1,17 +1,14 @@
 #include "tactus/web/web_sink.h"
 
 #include <chrono>
-#include <nlohmann/json.hpp>
+
+#include "tactus/web/json_text.h"
 
 namespace tactus {
 namespace {
 
 double unix_now_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-std::string json_text(const nlohmann::json& json) {
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -23,7 +20,8 @@ RunControl::Options WebSink::control_options(const StreamScene& scene, const Opt
   made.keeps_pace = options.keeps_pace;
   made.held = scene.held();
   made.parameters = options.parameters;
-  if (options.waits_for_viewer) made.has_viewers = [&self] { return self.viewers() > 0; };
+  made.waits_for_viewer = options.waits_for_viewer;
+  made.has_viewers = [&self] { return self.viewers() > 0; };
   made.state_changed = [&self] { self.publish_state(); };
   return made;
 }

@@ -1,7 +1,10 @@
 #include "tactus/window/live_run.h"
 
+#include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/io/body_assets.h"
 #include "tactus/run/frame_loop.h"
+#include "tactus/run/run_checkpoint.h"
 #include "tactus/run/scene_source.h"
 
 namespace tactus {
@@ -67,16 +70,18 @@ int LiveRun::kept_frame() const {
 void LiveRun::keep(World& world, const RunProgress& progress, int number) {
   if (scene_.source.kind == SourceKind::live) return;  // what it gave is gone
   StateArchive a;
-  world.archive(a, nullptr);
+  try {
+    world.archive(a, nullptr);
+  } catch (const Error& error) {  // a tool that is tracked, say: the run goes on
+    log_warning(error.what());
+    return;
+  }
   const std::lock_guard lock(mutex_);
   kept_ = {a.bytes(), progress, number};
 }
 
 RunProgress LiveRun::go_back(FrameSource& source, World& world) const {
-  FrameSet frame;
-  std::optional<FrameSet> last;  // that had images
-  for (std::int64_t i = 0; i < kept_.progress.taken; ++i)
-    if (source.next(frame) == NextFrame::success) last = frame;
+  const std::optional<FrameSet> last = take_again(source, kept_.progress.taken, options_.named);
   StateArchive a(kept_.bytes, "the kept frame");
   world.archive(a, last ? &*last : nullptr);
   return kept_.progress;

@@ -6,6 +6,24 @@
 
 namespace tactus {
 
+const char* kind_text(ColliderKind kind) {
+  switch (kind) {
+    case ColliderKind::component:
+      return "component";
+    case ColliderKind::obstacle:
+      return "obstacle";
+    case ColliderKind::tool:
+      return "tool";
+    case ColliderKind::body:
+      break;
+  }
+  return "body";
+}
+
+const char* state_text(TouchState state) {
+  return state == TouchState::left ? "left" : state == TouchState::sticking ? "sticking" : "sliding";
+}
+
 ContactLog::ContactLog(std::vector<std::string> bodies) {
   for (std::string& name : bodies) bodies_.push_back({.name = std::move(name)});
 }

@@ -10,6 +10,10 @@
 namespace tactus {
 
 enum class ColliderKind : std::uint8_t { component, obstacle, tool, body };
+/// "component", "obstacle", "tool" or "body": for programs.
+const char* kind_text(ColliderKind kind);
+/// "sticking", "sliding" or "left"; likewise.
+const char* state_text(TouchState state);
 
 /// A point of a body's surface that touched something in a frame, and the impulse that it got there.
 ///

@@ -15,9 +15,9 @@ SceneNumber number_of(const SceneParameter& p) {
   return {p.name, p.unit, p.meaning, p.least, p.most, p.excludes_least};
 }
 
-bool allows(const SceneParameter& p, double x) { return std::isfinite(x) && number_of(p).allows(x); }
-
 }  // namespace
+
+bool SceneParameter::allows(double x) const { return std::isfinite(x) && number_of(*this).allows(x); }
 
 std::string SceneParameter::range_text() const { return number_of(*this).range_text(); }
 
@@ -56,7 +56,7 @@ std::size_t SceneParameters::find(const std::string& name) const {
 void SceneParameters::set(const std::string& name, double value) {
   const std::size_t k = find(name);
   const SceneParameter& p = list_[k];
-  if (!allows(p, value)) {
+  if (!p.allows(value)) {
     throw usage_error("parameter '" + name + "' is " + number_text(value) + ", expected " + p.range_text());
   }
   change(k, value);
@@ -74,7 +74,7 @@ void SceneParameters::archive(StateArchive& a) {
   for (std::size_t k = 0; k < list_.size(); ++k) {
     double value = list_[k].value;
     a.value(list_[k].name.c_str(), value);
-    a.check(allows(list_[k], value), list_[k].name.c_str());
+    a.check(list_[k].allows(value), list_[k].name.c_str());
     change(k, value);
   }
 }

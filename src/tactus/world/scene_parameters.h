@@ -19,6 +19,7 @@ struct SceneParameter {
   double least = 0, most = 0;   ///< infinite where nothing limits it
   bool excludes_least = false;  ///< it must be more than `least`
 
+  bool allows(double x) const;
   /// "> 0 and <= 1e+09 Pa"
   std::string range_text() const;
 };

@@ -7,7 +7,10 @@ void World::add_parameters() {
   static constexpr const char* kAxes[] = {".x", ".y", ".z"};
   for (int axis = 0; axis < 3; ++axis)
     parameters_.add(std::string("gravity_m_s2") + kAxes[axis], "gravity_m_s2", scene_.gravity_m_s2[axis],
-                    [this, axis](double x) { scene_.gravity_m_s2[axis] = x; });
+                    [this, axis](double x) {
+                      scene_.gravity_m_s2[axis] = x;
+                      if (liquid_) liquid_->set_gravity(scene_.gravity_m_s2);
+                    });
   const auto respond = [this] {
     const auto friction = static_cast<float>(scene_.contact.friction),
                restitution = static_cast<float>(scene_.contact.restitution);

@@ -33,7 +33,8 @@ FilmExchangeLaw law_of(const FilmExchangeSettings& s, const FilmLaw& film) {
 }  // namespace
 
 FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& settings, const Film& film)
-    : law_(law_of(settings, film.law())),
+    : settings_(settings),
+      law_(law_of(settings, film.law())),
       vertices_(ctx.device(), {.max_particles = film.max_vertices(), .reach_m = settings.reach_m}),
       places_(ctx.device(), {.max_particles = film.max_vertices(), .reach_m = settings.spacing_m}),
       target_(ctx.device(), settings.max_particles),
@@ -52,6 +53,13 @@ FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& setting
       ledger_(ctx.device(), 1) {
   ctx.fill_bytes(ledger_.view(), 0);
   ctx.fill_bytes(last_x_m_.view(), 0);
+}
+
+void FilmExchange::set_gravity_m_s2(float gravity_m_s2, const Film& film) {
+  FilmExchangeSettings changed = settings_;
+  changed.gravity_m_s2 = gravity_m_s2;
+  law_ = law_of(changed, film.law());
+  settings_ = changed;
 }
 
 void FilmExchange::start(ExecContext& ctx, const FilmSurface& surface) {

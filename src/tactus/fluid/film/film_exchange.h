@@ -35,6 +35,11 @@ class FilmExchange {
   void run(ExecContext& ctx, Film& film, const FilmSurface& surface, View<const Vec3f> normals,
            View<const FrameParams> frame, const NeighbourSearch& search, const LiquidArrivals& liquid);
 
+  /// Between frames: how thick puddles are follows gravity, > 0. A recorded frame must be recorded anew.
+  /// @throws Error naming it.
+  void set_gravity_m_s2(float gravity_m_s2, const Film& film);
+  /// A film that is thicker than this becomes particles.
+  float thick_m() const { return law_.thick_m; }
   /// The volume of a particle, in units of kFilmUnit_m3.
   std::int64_t particle_units() const { return law_.particle_units; }
   /// (1)
@@ -47,6 +52,7 @@ class FilmExchange {
             const LiquidArrivals& liquid);
   void choose(ExecContext& ctx, const FilmSurface& surface);
 
+  FilmExchangeSettings settings_;
   FilmExchangeLaw law_;
   NeighbourSearch vertices_, places_;
   Buffer<Index> target_;

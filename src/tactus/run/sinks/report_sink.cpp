@@ -7,24 +7,6 @@ namespace {
 
 nlohmann::json vector_json(Vec3f v) { return {v.x, v.y, v.z}; }
 
-const char* kind_text(ColliderKind kind) {
-  switch (kind) {
-    case ColliderKind::component:
-      return "component";
-    case ColliderKind::obstacle:
-      return "obstacle";
-    case ColliderKind::tool:
-      return "tool";
-    case ColliderKind::body:
-      break;
-  }
-  return "body";
-}
-
-const char* state_text(TouchState state) {
-  return state == TouchState::left ? "left" : state == TouchState::sticking ? "sticking" : "sliding";
-}
-
 /// Contacts of a body in one frame, point by point.
 nlohmann::json points_json(const std::vector<BodyPointContact>& contacts) {
   nlohmann::json all = nlohmann::json::array();

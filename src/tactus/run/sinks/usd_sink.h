@@ -5,12 +5,12 @@
 
 namespace tactus {
 
-/// Every so many frames (`output.usd_every`) all that is seen: the real surface, bodies, moving obstacles,
+/// Every so many frames (`output.usd_every`) all that is seen: the real surface, bodies, obstacles,
 /// blades and particles, in STEM.usda once the run has ended.
 class UsdSink final : public FrameSink {
  public:
   /// @param frames_per_s of the run
-  UsdSink(const Scene& scene, const std::string& stem, double frames_per_s);
+  UsdSink(const Scene& scene, const BodyAssets& assets, const std::string& stem, double frames_per_s);
   /// @throws Error when the disk is full.
   void frame(RunFrame& frame) override;
   void end(RunNotices& notices) override;
@@ -18,6 +18,7 @@ class UsdSink final : public FrameSink {
  private:
   Scene scene_;
   UsdWriter usd_;
+  std::vector<std::string> moving_;  ///< names of obstacles, in the order of snapshots
   int time_code_ = 0;
 };
 

@@ -6,8 +6,6 @@ namespace tactus {
 void SoftBody::add_stages(Schedule& schedule, Readback& readback, ContactOnDevices& world,
                           Vec3f gravity_m_s2) {
   ExecContext& ctx = devices_.context(0);
-  BodyStep step{
-      .gravity_m_s2 = gravity_m_s2, .full_stiffness = full_stiffness_, .matching_every = matching_every()};
   tissue_.follow(schedule.frame());
   tissue_.add_reports(readback);
   schedule.add({.name = stage("begin"),
@@ -22,9 +20,12 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, ContactOnDevic
                 .period = matching_every(),
                 .devices = stage_devices(),
                 .updates = {nodes_resource()},
-                .submit = [this, step](BlockPlace at) mutable {
-                  step.drag_per_s = static_cast<float>(description_.material.drag_per_s);
-                  tissue_.substep(step, at.substep, at.count);
+                .submit = [this, gravity_m_s2](BlockPlace at) {
+                  tissue_.substep({.gravity_m_s2 = gravity_m_s2,
+                                   .drag_per_s = static_cast<float>(description_.material.drag_per_s),
+                                   .full_stiffness = full_stiffness_,
+                                   .matching_every = matching_every()},
+                                  at.substep, at.count);
                 }});
   if (points_.count() > 0) add_contact_stages(schedule, readback, world);
   const bool acted_on = !is_untouched() || !shape_.motions.empty() || !shape_.loads.empty();
