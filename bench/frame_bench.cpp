@@ -7,10 +7,10 @@
 #include "bench.h"
 #include "tactus/base/error.h"
 #include "tactus/base/timing.h"
-#include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus::bench {
 namespace {
@@ -126,10 +126,10 @@ nlohmann::json run_case(const FrameCase& c, const std::string& device_text) {
                      {"ms_p99", percentile(frame_ms, 99)},
                      {"first_frame_ms", first_ms},
                      {"substeps", substeps},
-                     {"recordings", world.schedule().recordings()},
+                     {"recordings", world.impl().schedule().recordings()},
                      {"real_time_factor", simulated_s / wall_s},
                      {"floor_ms", nullptr}};
-  if (world.liquid() != nullptr) {
+  if (world.impl().liquid() != nullptr) {
     row["particles"] = world.snapshot().liquid_m.size();
     row["ms_p50_one_liquid_step"] = one_liquid_step_ms(frames);
   }

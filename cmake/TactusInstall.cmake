@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 
 get_property(modules GLOBAL PROPERTY TACTUS_MODULES)
 install(TARGETS ${modules} tactus_settings EXPORT tactusTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY src/tactus DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h" PATTERN "*.cuh")
+install(DIRECTORY include/tactus DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h" PATTERN "*.cuh")
 set_target_properties(tactus_settings PROPERTIES EXPORT_NAME settings)
 install(EXPORT tactusTargets NAMESPACE tactus:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tactus)
 get_property(TACTUS_COMPONENT_FACTS GLOBAL PROPERTY TACTUS_COMPONENT_FACTS)

@@ -120,7 +120,8 @@ find_package(TBB REQUIRED)
 
 add_library(tactus_settings INTERFACE)
 target_compile_features(tactus_settings INTERFACE cxx_std_20)
-target_include_directories(tactus_settings INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/src>
+target_include_directories(tactus_settings INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/include>
+                                                     $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/src>
                                                      $<INSTALL_INTERFACE:include>)
 target_compile_definitions(tactus_settings INTERFACE $<$<BOOL:${TACTUS_WITH_CUDA}>:TACTUS_WITH_CUDA=1>
                                                      $<$<BOOL:${TACTUS_CHECKED}>:TACTUS_CHECKED=1>)

@@ -55,16 +55,18 @@ python3 tools/lint_prose.py || failed=1
 # Headers around CUDA's own need its toolkit; nvcc compiles those.
 export scratch
 header_alone() {
-  local log
+  local log name=${1#include/}
   log=$scratch/$(echo "$1" | tr / _).log
-  echo "#include \"${1#src/}\"" | g++ -std=c++20 -fsyntax-only -Wall -Wextra -Isrc -Ibench -isystem /usr/include/opencv4 \
+  echo "#include \"${name#src/}\"" | g++ -std=c++20 -fsyntax-only -Wall -Wextra -Iinclude -Isrc -Ibench -isystem /usr/include/opencv4 \
     -march=x86-64-v3 -x c++ - 2>"$log" || { echo "header $1 does not compile alone:"; head -3 "$log"; return 1; }
 }
 export -f header_alone
 # A source includes its own header first, so where there is one, building it shows that the header compiles alone.
 own_source_shows_it() {
-  local source=${1%.h}.cpp
-  [ -f "$source" ] && [ "$(grep -m1 '^#include' "$source")" = "#include \"${1#src/}\"" ]
+  local name=${1#include/}
+  name=${name#src/}
+  local source=src/${name%.h}.cpp
+  [ -f "$source" ] && [ "$(grep -m1 '^#include' "$source")" = "#include \"$name\"" ]
 }
 export -f own_source_shows_it
 echo "inline std::string text();" >"$scratch/bad.h"
@@ -72,7 +74,7 @@ if (cd "$scratch" && header_alone bad.h >/dev/null); then
   echo "headers: one without its includes was accepted"
   failed=1
 fi
-if chosen 'src/tactus/*.h' 'bench/*.h' | { xargs -r grep -L 'cuda_runtime' || true; } |
+if chosen 'include/*.h' 'src/tactus/*.h' 'bench/*.h' | { xargs -r grep -L 'cuda_runtime' || true; } |
   xargs -r -P "$(nproc)" -I{} bash -c 'own_source_shows_it {} || header_alone {}'; then
   echo "headers: each compiles alone"
 else
@@ -81,7 +83,7 @@ fi
 
 # Sources of libraries that a build may lack, as such a build compiles them: CI has all libraries, so nothing else would see it.
 without_libraries() {
-  g++ -std=c++20 -fsyntax-only -Isrc -isystem /usr/include/opencv4 -march=x86-64-v3 "$1" 2>"$scratch/without-$(basename "$1").log" ||
+  g++ -std=c++20 -fsyntax-only -Iinclude -Isrc -isystem /usr/include/opencv4 -march=x86-64-v3 "$1" 2>"$scratch/without-$(basename "$1").log" ||
     { echo "without its library, $1 does not compile:"; grep -m3 error "$scratch/without-$(basename "$1").log"; return 1; }
 }
 export -f without_libraries

@@ -21,16 +21,18 @@ ALLOWED = {
     "cli": RUN | {"run", "web", "window", "bench"},
 }
 INCLUDE = re.compile(r'#include "tactus/(\w+)/')
+PATH = re.compile(r'#include "([^"]+)"')
 LIBM = re.compile(r"\b(std::(sin|cos|tan|exp|log|pow|sqrt|atan2?|fma)|(?<![\w:.])(sinf|cosf|expf|logf|powf|sqrtf))\s*\(")
 CUDA_WORD = re.compile(r"__CUDACC__|__CUDA_ARCH__|__device__|__global__")
 
 
 def check(root: pathlib.Path) -> list[str]:
     problems = []
-    for file in sorted((root / "src/tactus").rglob("*")):
+    for file in sorted(f for folder in ("include", "src") for f in (root / folder).rglob("*")):
         if file.suffix not in {".h", ".cpp", ".cu", ".cuh"}:
             continue
-        module = file.relative_to(root / "src/tactus").parts[0]
+        module = file.relative_to(root).parts[2]
+        is_public = file.is_relative_to(root / "include")
         is_kernels = file.name.endswith("_kernels.h")
         for number, line in enumerate(file.read_text().splitlines(), 1):
             where = f"{file.relative_to(root)}:{number}"
@@ -39,6 +41,8 @@ def check(root: pathlib.Path) -> list[str]:
                 target = m.group(1)
                 if target != module and target not in ALLOWED[module]:
                     problems.append(f"{where}: {module} must not include {target}")
+                if is_public and not (root / "include" / PATH.search(line).group(1)).is_file():
+                    problems.append(f"{where}: a public header includes public ones alone: the others are not installed")
             if CUDA_WORD.search(code) and module not in {"base", "compute"}:
                 problems.append(f"{where}: CUDA words belong in base/ and compute/")
             if is_kernels and LIBM.search(code):
@@ -54,6 +58,7 @@ FIXTURES = [
     ("sim/a.cpp", '#include "tactus/io/json_file.h"', "sim must not include io"),
     ("world/a.h", '#include "tactus/reconstruct/visual_hull.h"', "world must not include reconstruct"),
     ("base/a.h", '#include "tactus/compute/view.h"', "base must not include compute"),
+    ("include/tactus/world/a.h", '#include "tactus/sim/body/soft_body.h"', "public ones alone"),
     ("geom/a.h", '#include "tactus/base/vec.h"', None),
     ("geom/a_kernels.h", "y = std::sqrt(x);", "not libm"),
     ("geom/a_kernels.h", "y = expf(x);", "not libm"),
@@ -69,7 +74,7 @@ def self_test() -> None:
     """Every rule is seen to fail on a file that breaks it."""
     for name, text, message in FIXTURES:
         with tempfile.TemporaryDirectory() as folder:
-            file = pathlib.Path(folder) / "src/tactus" / name
+            file = pathlib.Path(folder) / (name if name.startswith("include/") else f"src/tactus/{name}")
             file.parent.mkdir(parents=True)
             file.write_text(f"// line 1\n{text}\n")
             found = check(pathlib.Path(folder))

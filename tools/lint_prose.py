@@ -38,7 +38,7 @@ def missing_files(text: str, folder: pathlib.Path) -> list[str]:
     """Relative links, and names in code that look like a file of the repository, that lead nowhere."""
     names = re.findall(r"\]\(([^)#:\s]+)\)", text)
     wrong = [n for n in names if not (folder / n).exists()]
-    for name in re.findall(r"`((?:src|tools|docs|scenes|rigs|tests|bench|examples|cmake)/[\w./-]+)`", text):
+    for name in re.findall(r"`((?:include|src|tools|docs|scenes|rigs|tests|bench|examples|cmake)/[\w./-]+)`", text):
         if not (ROOT / name).exists():
             wrong.append(name)
     return wrong

@@ -29,7 +29,7 @@ DEFINED = re.compile(r"^(?:template <[^>]*> *)?(?:(?:struct|class|enum class|enu
 CONSTANT = re.compile(r"\b(k[A-Z]\w*) = ")  # several on a line, or of an enum
 # What only files together are guilty of.
 NOT_TOGETHER = "--checks=-bugprone-suspicious-include,-bugprone-forward-declaration-namespace"
-FOLDERS = (ROOT / "src", ROOT / "bench", ROOT / "tests")
+FOLDERS = (ROOT / "include", ROOT / "src", ROOT / "bench", ROOT / "tests")
 
 
 def with_headers(file: pathlib.Path, seen: dict[pathlib.Path, str]) -> dict[pathlib.Path, str]:

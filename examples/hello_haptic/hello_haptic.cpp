@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <thread>
 
-#include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/world/world.h"
 

@@ -3,13 +3,10 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/run/frame_loop.h"
-#include "tactus/run/recording_filter.h"
-#include "tactus/run/run_checkpoint.h"
 #include "tactus/run/scene_source.h"
-#include "tactus/run/sinks/budget_sink.h"
+#include "tactus/run/sinks.h"
 
 using namespace tactus;
 
@@ -40,10 +37,10 @@ int main(int argc, char** argv) try {
   std::filesystem::remove("hello_loop.rec");  // a recording is never overwritten
   RecordingFilter recorded(std::move(source), "hello_loop.rec");
   PrintForce print;
-  BudgetSink budget(0.033, world, false);
+  const std::unique_ptr<FrameSink> budget = make_budget_sink(0.033, world);
   FrameLoop loop(recorded, world, {.most_frames = 30, .should_stop = {}});
   loop.add(print);
-  loop.add(budget);
+  loop.add(*budget);
   loop.run();
   recorded.finish();
   write_checkpoint("hello_loop.checkpoint", argv[1], loop.progress(), world);

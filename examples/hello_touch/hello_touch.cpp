@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tactus/io/body_assets.h"
 #include "tactus/io/mesh/mesh_file.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/world/world.h"

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "tactus/base/timing.h"
-#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live.h"
 
 using namespace tactus;
 

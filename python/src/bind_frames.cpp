@@ -6,7 +6,7 @@
 #include "arrays.h"
 #include "module.h"
 #include "tactus/base/error.h"
-#include "tactus/io/body_assets.h"
+#include "tactus/io/scene_file.h"
 #include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/rig_file.h"
 #include "tactus/run/frame_loop.h"

@@ -11,6 +11,7 @@
 #include "tactus/base/error.h"
 #include "tactus/run/scene_source.h"
 #include "tactus/run/scene_view.h"
+#include "tactus/sim/scene.h"
 #include "tactus/view/renderer.h"
 
 namespace tactus::python {

@@ -6,8 +6,8 @@
 #include "arrays.h"
 #include "module.h"
 #include "tactus/base/error.h"
-#include "tactus/io/body_assets.h"
-#include "tactus/run/state_hash.h"
+#include "tactus/io/scene_file.h"
+#include "tactus/world/world.h"
 
 namespace tactus::python {
 
@@ -38,18 +38,15 @@ StepReport PyWorld::step(double dt_s) {
 std::string PyWorld::save_state() {
   if (perception_ != nullptr)
     throw usage_error("save_state: the state of a world with cameras needs its last images: use a recording");
-  StateArchive a;
-  get()->archive(a, nullptr);
-  return a.bytes();
+  return get()->save_state();
 }
 
 /// Cuts that are read are done once more, in a body that has none.
 void PyWorld::load_state(const std::string& bytes) {
   if (perception_ != nullptr) throw usage_error("load_state: of a world without cameras only");
-  StateArchive a(bytes, "load_state");
   const Held held = get();
   if (!world_->cuts().empty()) world_ = std::make_unique<World>(*devices_, scene_, assets_);
-  world_->archive(a, nullptr);
+  world_->load_state(bytes);
 }
 
 namespace {
@@ -239,15 +236,8 @@ py::dict probes_of(PyWorld& world) {
 }
 
 std::vector<Vec3f> nodes_of(PyWorld& world, const std::string& body, bool velocities) {
-  const PyWorld::Held held = world.get();
-  for (const auto& b : held->bodies()) {
-    if (b->name() != body) continue;
-    return velocities ? b->velocities_m_s(world.devices().context(0))
-                      : b->positions_m(world.devices().context(0));
-  }
-  std::vector<std::string> names;
-  for (const auto& b : held->bodies()) names.push_back(b->name());
-  throw usage_error("body '" + body + "' is not in the scene" + suggestion(body, names));
+  BodyNodes nodes = world.get()->nodes(body);
+  return velocities ? std::move(nodes.velocities_m_s) : std::move(nodes.positions_m);
 }
 
 py::array node_array(PyWorld& world, const std::string& body, bool velocities) {

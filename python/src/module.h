@@ -8,6 +8,7 @@
 
 #include "tactus/multi_device/device_set.h"
 #include "tactus/perception/perception.h"
+#include "tactus/sim/scene.h"
 #include "tactus/world/world.h"
 
 namespace tactus::python {

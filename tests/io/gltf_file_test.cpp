@@ -7,6 +7,7 @@
 
 #include "io/io_test_files.h"
 #include "support/message_of.h"
+#include "tactus/geom/mesh/textured_mesh.h"
 #include "tactus/io/mesh/mesh_file.h"
 
 namespace tactus {

@@ -35,7 +35,7 @@ def main() -> int:
     laws = copy / "src/tactus/tissue/tled/material_laws.h"
     above = re.search(r"^(///.*\n)*template <class F>\n.*with_law\(", laws.read_text(), re.MULTILINE)
     insert_above(laws, above[0], struct)
-    rows = copy / "src/tactus/tissue/tled/elastic_material.h"
+    rows = copy / "include/tactus/tissue/tled/elastic_material.h"
     last = re.search(r"^  (ROW\(\w+, \w+\))$", rows.read_text(), re.MULTILINE)[0]
     rows.write_text(rows.read_text().replace(last, f"{last} \\\n  {row}"))
 

@@ -25,7 +25,8 @@ def main() -> int:
     for name in ("one", "another/deeper"):
         folder = scratch / name
         shutil.rmtree(folder, ignore_errors=True)
-        shutil.copytree(source / "src/tactus/base", folder / "src/tactus/base")
+        for part in ("src/tactus/base", "include/tactus"):
+            shutil.copytree(source / part, folder / part)
         made = {}
         for entry in entries:
             words = [w.replace(str(build), str(folder / "build")).replace(str(source), str(folder))

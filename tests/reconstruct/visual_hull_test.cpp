@@ -1,3 +1,4 @@
+#include "tactus/geom/mesh/mesh_view.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/geom/image/mask_growth.h"
 

@@ -10,7 +10,9 @@
 
 #include "support/message_of.h"
 #include "tactus/rig/live/camera_gate.h"
+#include "tactus/rig/live/live_keys.h"
 #include "tactus/rig/live/live_message.h"
+#include "tactus/rig/live_address.h"
 #include "tactus/rig/wire/set_assembler.h"
 
 namespace tactus {

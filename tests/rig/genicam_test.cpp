@@ -17,7 +17,7 @@
 #include "support/message_of.h"
 #include "tactus/base/timing.h"
 #include "tactus/rig/client_camera.h"
-#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live.h"
 #include "tactus/rig/picture_reader.h"
 
 namespace tactus {

@@ -13,7 +13,8 @@
 #include "rig/faulty_network.h"
 #include "rig/lossy_link.h"
 #include "tactus/base/timing.h"
-#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live.h"
+#include "tactus/rig/live/live_keys.h"
 
 namespace tactus {
 namespace {

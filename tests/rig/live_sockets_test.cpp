@@ -16,8 +16,9 @@
 #include <thread>
 
 #include "tactus/base/timing.h"
+#include "tactus/rig/live.h"
 #include "tactus/rig/live/client_connection.h"
-#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live/live_keys.h"
 #include "tactus/rig/live/socket_process.h"
 
 namespace tactus {

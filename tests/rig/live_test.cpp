@@ -15,8 +15,11 @@
 
 #include "support/message_of.h"
 #include "tactus/base/timing.h"
+#include "tactus/rig/live.h"
+#include "tactus/rig/live/live_keys.h"
 #include "tactus/rig/live/live_message.h"
-#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live_address.h"
+#include "tactus/rig/wire/packet.h"
 
 namespace tactus {
 namespace {

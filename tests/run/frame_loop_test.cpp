@@ -7,14 +7,12 @@
 #include <fstream>
 
 #include "tactus/base/error.h"
-#include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/run/recording_filter.h"
-#include "tactus/run/run_checkpoint.h"
+#include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_source.h"
 #include "tactus/run/sinks/mesh_sink.h"
 #include "tactus/run/sinks/report_sink.h"
-#include "tactus/run/state_hash.h"
+#include "tactus/world/world.h"
 
 namespace tactus {
 namespace {
@@ -93,7 +91,7 @@ TEST(FrameLoop, ShowsEachFrameToEachSinkInOrder) {
   EXPECT_EQ(loop.frames(), 8);
   EXPECT_EQ(loop.progress().taken, 8);
   // 7 steps of 20 ms; semi-implicit Euler falls g t (t + dt) / 2 with substeps of dt <= 20 ms.
-  const double t = 0.14, mean_y = loaded.world.bodies()[0]->positions_m(loaded.world.context())[0].y,
+  const double t = 0.14, mean_y = loaded.world.nodes(loaded.scene.bodies[0].name).positions_m[0].y,
                fallen = -0.02 - mean_y;
   EXPECT_GE(fallen, 0.5 * 9.81 * t * t - 1e-4);
   EXPECT_LE(fallen, 0.5 * 9.81 * t * (t + 0.02) + 1e-4);

@@ -269,7 +269,9 @@ TEST(IndependentMass, BallsAndLabelsWeighWhatTheyAre) {
   const double kg = 1000 * static_cast<double>(solid) * 0.001 * 0.0012 * 0.0015;
   for (const double spacing : {0.01, 0.006, 0.003}) {
     body.spacing_m = spacing;
-    EXPECT_NEAR(make_body_shape(body, {.labels = {{"labels", volume}}}).lattice.mass_kg(), kg, 0.005 * kg)
+    EXPECT_NEAR(make_body_shape(body, {.labels = {{"labels", std::make_shared<const LabelVolume>(volume)}}})
+                    .lattice.mass_kg(),
+                kg, 0.005 * kg)
         << spacing;
   }
 }
@@ -340,7 +342,7 @@ BodyAssets labelled_cube() {
   LabelVolume volume{{}, {40, 40, 40}, {0.005F, 0.005F, 0.005F}, {}};
   for (int i = 0; i < 40 * 40 * 40; ++i)
     volume.labels.push_back(i % 40 < 20 && i / 40 % 40 < 20 && i / 1600 < 20 ? kCoreLabel : 1);
-  return {{}, {{"cube", volume}}};
+  return {.labels = {{"cube", std::make_shared<const LabelVolume>(volume)}}};
 }
 
 TEST(BodyShape, LabelsPaintAndHold) {
@@ -379,7 +381,8 @@ TEST(BodyShape, LabelsPaintAndHold) {
             "2: body 'cube': its label volume has no label 9; it has 1, 12175");
   EXPECT_EQ(refusal([&] {
               body.shape.labels.clear();
-              make_body_shape(body, {{}, {{"cube", {{0}, {1, 1, 1}, {0.1F, 0.1F, 0.1F}, {}}}}});
+              const LabelVolume nothing{{0}, {1, 1, 1}, {0.1F, 0.1F, 0.1F}, {}};
+              make_body_shape(body, {.labels = {{"cube", std::make_shared<const LabelVolume>(nothing)}}});
             }),
             "1: body 'cube': its label volume holds nothing but 0");
 }

@@ -111,7 +111,7 @@ TEST(CutScore, AnObliqueCutLeavesThePlan) {
   const std::vector<StrokeResult> results = cut(scene);
   ASSERT_EQ(results.size(), 1U);
   ASSERT_TRUE(results[0].deviation.has_value());
-  const PlannedLine::Deviation& d = *results[0].deviation;
+  const LineDeviation& d = *results[0].deviation;
   EXPECT_NEAR(d.mean_m, 0.033, 1e-4);
   EXPECT_NEAR(d.max_m, 0.053, 0.2 * 0.5 * 0.5 * kSpacing_m) << "of the middles of pieces";
   EXPECT_LT(d.followed_m, 0.02) << "the nearest of the cut is at its left end";

@@ -80,7 +80,7 @@ Scene wet_slab() { return parse_scene(kWetSlab, "scenes/x.yaml"); }
 
 struct Seen {
   std::vector<Vec3f> liquid_m, body_m;
-  SceneFilm::Thickness film;
+  FilmThickness film;
   bool operator==(const Seen& b) const {
     return liquid_m == b.liquid_m && body_m == b.body_m && film.film_m == b.film.film_m &&
            film.stain_m == b.film.stain_m;

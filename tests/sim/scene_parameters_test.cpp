@@ -10,6 +10,7 @@
 #include "support/sliced_block.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/io/scene_numbers.h"
+#include "tactus/world/world.h"
 
 namespace tactus {
 namespace {
@@ -181,8 +182,7 @@ Played play(const std::string& devices_text, int from, int to, const std::string
   scene.bodies[2].placement.position_m = {1, 0.5, 0};
   World world(devices, scene, {});
   if (from > 0) {
-    StateArchive a(file, "f");
-    world.archive(a, nullptr);
+    world.load_state(file);
   }
   for (int k = from; k < to; ++k) {
     SceneParameters& p = world.parameters();
@@ -194,13 +194,11 @@ Played play(const std::string& devices_text, int from, int to, const std::string
     world.step(kFrame_s);
   }
   Played played;
-  for (const auto& body : world.bodies()) {
-    const std::vector<Vec3f> x_m = body->positions_m(devices.context(0));
+  for (const BodyDescription& body : scene.bodies) {
+    const std::vector<Vec3f> x_m = world.nodes(body.name).positions_m;
     played.x_m.insert(played.x_m.end(), x_m.begin(), x_m.end());
   }
-  StateArchive a;
-  world.archive(a, nullptr);
-  played.file = a.bytes();
+  played.file = world.save_state();
   return played;
 }
 

@@ -2,7 +2,7 @@
 /// A world, and the perception of its rig's images where the rig has cameras.
 #include <memory>
 
-#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus::test {
 
@@ -24,7 +24,15 @@ class FilmedWorld : private OwnedPerception, public World {
     return World::step(dt_s);
   }
   StepReport step(const FrameSet& frame, double dt_s) { return step(&frame, dt_s); }
-  const TrackedBlades& tracked_blades() const { return owned->tracked_blades(); }
+  const TrackedBlades& tracked_blades() const { return owned->impl().tracked_blades(); }
+
+  // From the inside.
+  const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return impl().bodies(); }
+  const SceneLiquid* liquid() const { return impl().liquid(); }
+  const Schedule& schedule() const { return impl().schedule(); }
+  const std::vector<PlannedLine>& plans() const { return impl().plans(); }
+  ExecContext& context() { return impl().context(); }
+  void archive(StateArchive& a, const FrameSet* last) { impl().archive(a, last); }
 };
 
 }  // namespace tactus::test

@@ -1,5 +1,6 @@
 /// What viewers may do with a run, and the texts that they send.
 #include "tactus/web/run_control.h"
+#include "tactus/rig/live_address.h"
 
 #include <gtest/gtest.h>
 

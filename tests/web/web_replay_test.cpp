@@ -10,7 +10,6 @@
 #include "support/message_of.h"
 #include "tactus/base/byte_io.h"
 #include "tactus/base/read_file.h"
-#include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_source.h"

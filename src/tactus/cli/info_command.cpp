@@ -8,7 +8,6 @@
 #include "tactus/cli/info_file.h"
 #include "tactus/cli/version.h"
 #include "tactus/compute/device.h"
-#include "tactus/io/body_assets.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/media/picture.h"
@@ -23,6 +22,7 @@
 #include "tactus/web/web_server.h"
 #include "tactus/window/window.h"
 #include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -88,7 +88,7 @@ void with_world(const std::string& scene_path, const std::function<void(World&)>
   use(world);
 }
 
-void print_frame(const World& world) { std::fputs(world.schedule().text().c_str(), stdout); }
+void print_frame(const World& world) { std::fputs(world.impl().schedule().text().c_str(), stdout); }
 
 void print_parameters(World& world) {
   for (const SceneParameter& p : world.parameters().list())

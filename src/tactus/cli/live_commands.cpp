@@ -18,7 +18,8 @@
 #include "tactus/cli/interrupt.h"
 #include "tactus/io/json_file.h"
 #include "tactus/rig/client_camera.h"
-#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live.h"
+#include "tactus/rig/live/live_keys.h"
 #include "tactus/rig/wire/recording_file.h"
 #include "tactus/run/live_source.h"
 

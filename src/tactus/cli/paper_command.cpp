@@ -15,7 +15,6 @@
 #include "tactus/cli/output/chart.h"
 #include "tactus/cli/version.h"
 #include "tactus/geom/mesh/polygonize.h"
-#include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/synthetic/synthetic_source.h"

@@ -12,10 +12,10 @@
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/run_results.h"
 #include "tactus/cli/run_web.h"
-#include "tactus/io/body_assets.h"
-#include "tactus/run/recording_filter.h"
-#include "tactus/run/run_checkpoint.h"
+#include "tactus/io/scene_file.h"
+#include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_source.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -28,7 +28,7 @@ void check_opengl() {
 }
 
 void print_bodies(const World& world, bool with_devices) {
-  for (const auto& body : world.bodies()) {
+  for (const auto& body : world.impl().bodies()) {
     log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
               std::to_string(body->contact_point_count()) + " points for contact, " + body->devices_text());
     if (with_devices) std::printf("body '%s': %s\n", body->name().c_str(), body->devices_text().c_str());

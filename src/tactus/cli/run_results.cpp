@@ -11,8 +11,9 @@
 #include "tactus/cli/program.h"
 #include "tactus/cli/version.h"
 #include "tactus/io/json_file.h"
-#include "tactus/run/run_checkpoint.h"
-#include "tactus/run/state_hash.h"
+#include "tactus/run/frame_loop.h"
+#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -21,8 +22,8 @@ namespace {
 /// code, too.
 void warn_of_strain(const CrushSink& crush, const World& world, const RunOptions& options) {
   std::string names;
-  for (std::size_t b = 0; b < world.bodies().size(); ++b) {
-    const SoftBody& body = *world.bodies()[b];
+  for (std::size_t b = 0; b < world.impl().bodies().size(); ++b) {
+    const SoftBody& body = *world.impl().bodies()[b];
     if (body.is_frozen()) set_exit_code(kExitBlewUp);
     if (!crush.is_crushed(b) && !body.is_frozen()) continue;
     names += (names.empty() ? "'" : ", '") + body.name() + "'";

@@ -4,6 +4,7 @@
 #include "tactus/base/log.h"
 #include "tactus/base/read_file.h"
 #include "tactus/cli/version.h"
+#include "tactus/rig/live_address.h"
 #include "tactus/web/web_files.h"
 
 namespace tactus {

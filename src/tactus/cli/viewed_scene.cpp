@@ -6,7 +6,6 @@
 
 #include "tactus/base/error.h"
 #include "tactus/cli/run_flags.h"
-#include "tactus/io/body_assets.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/rig_file.h"
 #include "tactus/rig/wire/recording_file.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tactus/contact/body_points.h"
-#include "tactus/contact/contact_response.h"
+#include "tactus/contact/contact_report.h"
 #include "tactus/contact/obstacles.h"
 #include "tactus/contact/response_kernels.h"
 #include "tactus/geom/search/near_walls.h"
@@ -26,28 +26,6 @@ struct ContactSettings {
 
 /// @throws Error naming the setting that is out of range.
 ContactSettings checked(const ContactSettings& settings);
-
-/// Force and impulse of one body on one collider over one frame.
-struct ColliderReaction {
-  Index collider =
-      -1;            ///< < kComponents: component of the real surface, else obstacle collider - kComponents
-  Vec3f force_N;     ///< mean force on the collider
-  Vec3f torque_N_m;  ///< mean torque about the centre of gravity of all that is real
-  Vec3f impulse_N_s;
-  float max_depth_m = 0;
-  Index contacts = 0;  ///< corrections of points, over all substeps
-};
-
-/// Reaction on all that is real over one frame, and counters.
-struct ContactReport {
-  Vec3f force_N;          ///< mean force on the real object
-  Vec3f torque_N_m;       ///< mean torque about the centre of gravity of all that is real
-  float max_depth_m = 0;  ///< how deep a point was
-  double contacts_per_substep = 0;
-  Index pushed_out = 0;                     ///< points that were found deep inside
-  std::vector<ColliderReaction> colliders;  ///< those that were touched
-  void add(const ContactReport& body);
-};
 
 /// Order in a frame, all on one context and without a read-back:
 ///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body points.begin_frame(),

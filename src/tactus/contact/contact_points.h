@@ -4,14 +4,9 @@
 #include <vector>
 
 #include "tactus/contact/body_points.h"
+#include "tactus/contact/contact_report.h"
 
 namespace tactus {
-
-enum class TouchState : std::uint8_t {
-  sticking,  ///< friction could take more than it has to
-  sliding,   ///< friction is at its limit
-  left,      ///< touched in the frame, but not at its end
-};
 
 /// Contact of a point of a body with a collider over one frame, or over one part of it.
 struct ContactPoint {

@@ -1,50 +1,9 @@
 #pragma once
 /// Particles that come and go, and the ledgers of them.
+#include "tactus/fluid/liquid_report.h"
 #include "tactus/fluid/wall_kernels.h"
 
 namespace tactus {
-
-/// Particle counts since the liquid was placed, and its extremes now. Exactly: placed + emitted = here +
-/// taken + replaced. The oldest are replaced when newer ones need their capacity; particles of emitters for
-/// which all of the capacity is too little are waiting.
-struct LiquidReport {
-  // Sums over particles, as integers: in any order the same.
-  std::uint64_t borne =
-      0;  ///< p / (rho0 d) of dfsph [m/s^2], in kBorneUnits: g times the layers that each bears
-  std::uint64_t excess = 0;  ///< of the density over that at rest, where there is one, in kExcessUnits
-  static constexpr float kBorneUnits = 1048576.F, kExcessUnits = 1099511627776.F;
-  Index here = 0;
-  std::uint32_t placed = 0, emitted = 0, taken = 0, replaced = 0, waiting = 0;
-  Index fast = 0;  ///< faster than max_speed_m_s now
-  float fastest_m_s = 0;
-  float densest = 0;  ///< largest density over that at rest
-  /// dfsph: the sum of (u / max_speed)^4 in kQuarticUnits, where u is a particle's largest speed relative to
-  /// a neighbour or a wall in reach.
-  std::uint64_t quartic = 0;
-  static constexpr float kQuarticUnits = 4294967296.F, kMostOverSpeed = 2;
-  Vec3f low_m{1e30F, 1e30F, 1e30F}, high_m{-1e30F, -1e30F, -1e30F};  ///< box round all
-  /// At most kMostOverSpeed^4, so that 10^8 particles have a sum.
-  TACTUS_HD static std::uint64_t quartic_of(float u) {
-    return static_cast<std::uint64_t>(sqr(sqr(min(u, kMostOverSpeed))) * kQuarticUnits);
-  }
-  /// Adds the report of another part of the liquid. The order of sums of integers and maxima doesn't matter.
-  TACTUS_HD void add(const LiquidReport& part) {
-    borne += part.borne;
-    excess += part.excess;
-    here += part.here;
-    placed += part.placed;
-    emitted += part.emitted;
-    taken += part.taken;
-    replaced += part.replaced;
-    waiting += part.waiting;
-    fast += part.fast;
-    fastest_m_s = max(fastest_m_s, part.fastest_m_s);
-    densest = max(densest, part.densest);
-    quartic += part.quartic;
-    low_m = min(low_m, part.low_m);
-    high_m = max(high_m, part.high_m);
-  }
-};
 
 /// Counters that the device carries from step to step.
 struct LiquidCounters {

@@ -1,4 +1,4 @@
-#include "tactus/io/body_assets.h"
+#include "tactus/io/scene_file.h"
 
 #include <cstdio>
 
@@ -39,7 +39,8 @@ TriangleMesh blade_mesh(const BladeDescription& blade) {
 BodyAssets load_body_assets(const Scene& scene) {
   BodyAssets assets;
   for (const BodyDescription& body : scene.bodies) {
-    if (body.shape.kind == ShapeKind::labels) assets.labels[body.name] = read_label_volume(body.shape.path);
+    if (body.shape.kind == ShapeKind::labels)
+      assets.labels[body.name] = std::make_shared<const LabelVolume>(read_label_volume(body.shape.path));
     if (body.shape.kind == ShapeKind::mesh)
       assets.meshes[body.name] = placed_mesh(body.shape.path, body.shape.unit_m, "body '" + body.name + "'");
   }

@@ -1,5 +1,6 @@
 // Regions of bodies: those that are held, painted, moved and loaded.
 #include "tactus/io/region_schema.h"
+#include "tactus/geom/maths/held_axes.h"
 
 #include <algorithm>
 

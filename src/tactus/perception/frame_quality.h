@@ -6,18 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace tactus {
+#include "tactus/perception/perception.h"
 
-/// In the order in which they are made: the reduction that is missed least comes first.
-enum class QualityReduction : std::uint8_t {
-  photographs,  ///< the real surface is drawn without them
-  hull,         ///< voxels are twice as large, and the hull isn't checked
-  liquid,       ///< half as many iterations a step, at least three
-  samples,      ///< samples of the real surface are twice as far apart
-};
-inline constexpr std::size_t kQualityReductions = 4;
-/// "the hull's voxels are twice as large".
-const char* quality_reduction_text(QualityReduction quality_reduction);
+namespace tactus {
 
 /// Decides from the times of frames how many reductions the next ones make. Knows no clock: frames
 /// come with theirs.

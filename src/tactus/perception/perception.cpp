@@ -1,4 +1,4 @@
-#include "tactus/perception/perception.h"
+#include "tactus/perception/perception_impl.h"
 
 #include "tactus/base/error.h"
 #include "tactus/base/timing.h"
@@ -42,7 +42,7 @@ std::span<const Camera> depth_cameras(const Scene& scene, const Rig& rig) {
 
 }  // namespace
 
-Perception::Perception(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets,
+Perception::Impl::Impl(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets,
                        bool can_reduce)
     : devices_(devices),
       workspace_m_(workspace_of(scene, rig)),
@@ -62,13 +62,25 @@ Perception::Perception(DeviceSet& devices, const Scene& scene, const Rig& rig, c
     view_scores_.emplace(devices.context(0), rig.cameras, ViewScoreOptions{.workspace_m = workspace_m_});
 }
 
+Perception::Perception(DeviceSet& devices, const Scene& scene, const Rig& rig, const BodyAssets& assets,
+                       bool can_reduce)
+    : impl_(std::make_unique<Impl>(devices, scene, rig, assets, can_reduce)) {}
+Perception::~Perception() = default;
+
+Observation Perception::observe(const FrameSet* frame, double dt_s) { return impl_->observe(frame, dt_s); }
+std::vector<Notice> Perception::last_notices() { return impl_->last_notices(); }
+const VisualHull& Perception::hull() const { return impl_->hull(); }
+float Perception::voxel_size_m() const { return impl_->voxel_size_m(); }
+const Box3f& Perception::workspace_m() const { return impl_->workspace_m(); }
+TriangleMesh Perception::download() { return impl_->download(); }
+
 std::unique_ptr<Perception> make_perception(DeviceSet& devices, const Scene& scene, const Rig& rig,
                                             const BodyAssets& assets, bool can_reduce) {
   if (rig.cameras.empty()) return nullptr;
   return std::make_unique<Perception>(devices, scene, rig, assets, can_reduce);
 }
 
-Observation Perception::observe(const FrameSet* frame, double dt_s) {
+Observation Perception::Impl::observe(const FrameSet* frame, double dt_s) {
   const double begin_s = now_s();
   const FrameTimes times = clock_.next(dt_s, frame != nullptr);  // the World notes its notices
   Observation seen;
@@ -79,19 +91,21 @@ Observation Perception::observe(const FrameSet* frame, double dt_s) {
   seen.released_s = frame->captured_s > 0 ? frame->released_s : 0;
   frame_ = frame;
   masks_ = follow_blades(silhouettes(*frame, seen), *frame, times.dt_capture_s, seen);
-  seen.tools = tracked_blades_.motions();
-  seen.tool_reaches = tracked_blades_.reaches();
-  for (std::size_t b = 0; b < blade_count_; ++b) seen.strips.push_back(tracked_blades_.strip(b));
+  const auto tools = std::make_shared<SeenTools>();
+  tools->motions = tracked_blades_.motions();
+  tools->reaches = tracked_blades_.reaches();
+  for (std::size_t b = 0; b < blade_count_; ++b) tools->strips.push_back(tracked_blades_.strip(b));
+  seen.tools = tools;
   seen.observe_s = now_s() - begin_s;
   return seen;
 }
 
-std::span<const DepthImage> Perception::depths(const FrameSet& frame) const {
+std::span<const DepthImage> Perception::Impl::depths(const FrameSet& frame) const {
   if (!uses_depth_) return {};
   return frame.depths_m;
 }
 
-std::span<const BitMask> Perception::silhouettes(const FrameSet& frame, Observation& seen) {
+std::span<const BitMask> Perception::Impl::silhouettes(const FrameSet& frame, Observation& seen) {
   if (!view_scores_) return frame.silhouettes;
   const double begin_s = now_s();
   ExecContext& ctx = devices_.context(0);
@@ -107,8 +121,9 @@ std::span<const BitMask> Perception::silhouettes(const FrameSet& frame, Observat
   return repaired_;
 }
 
-std::span<const BitMask> Perception::follow_blades(std::span<const BitMask> masks, const FrameSet& frame,
-                                                   double dt_s, Observation& seen) {
+std::span<const BitMask> Perception::Impl::follow_blades(std::span<const BitMask> masks,
+                                                         const FrameSet& frame, double dt_s,
+                                                         Observation& seen) {
   if (tracked_blades_.empty()) return masks;
   const double begin_s = now_s();
   masks = tracked_blades_.follow(masks, dt_s, {frame.markers, depths(frame)}, seen.notices);
@@ -116,19 +131,19 @@ std::span<const BitMask> Perception::follow_blades(std::span<const BitMask> mask
   return masks;
 }
 
-std::vector<Notice> Perception::last_notices() {
+std::vector<Notice> Perception::Impl::last_notices() {
   std::vector<Notice> notices = tracked_blades_.last_notices();
   const std::vector<HullFinding> found = hull_check_.last_news();
   if (!found.empty()) notices.push_back({"hull.check", Severity::warning, findings_text(found), ""});
   return notices;
 }
 
-void Perception::prepare_check() {
+void Perception::Impl::prepare_check() {
   if (!is_reduced_ && frame_ != nullptr)
     hull_check_.prepare(frame_->silhouettes, tracked_blades_.empty() ? std::span<const BitMask>() : masks_);
 }
 
-HullReport Perception::report(const Readback& readback, std::vector<Notice>& notices) {
+HullReport Perception::Impl::report(const Readback& readback, std::vector<Notice>& notices) {
   const auto warn = [&](const char* code, const std::string& text) {
     if (!text.empty()) notices.push_back({code, Severity::warning, text, ""});
   };
@@ -144,7 +159,7 @@ HullReport Perception::report(const Readback& readback, std::vector<Notice>& not
 }
 
 /// Each submits the work of the fine or the coarse pipeline.
-std::vector<Stage> Perception::surface_stages() {
+std::vector<Stage> Perception::Impl::surface_stages() {
   const auto stages_of = [this](SurfacePipeline& surface) {
     return surface.stages([this, &surface] { surface.hull().upload(masks_, depths(*frame_)); });
   };
@@ -158,7 +173,7 @@ std::vector<Stage> Perception::surface_stages() {
   return stages;
 }
 
-void Perception::add_stages(Schedule& schedule, Readback& readback) {
+void Perception::Impl::add_stages(Schedule& schedule, Readback& readback) {
   for (Stage& stage : surface_stages()) schedule.add(std::move(stage));
   schedule.add({.name = "hull/check",
                 .timed_as = "check",

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "tactus/contact/obstacles.h"
+#include "tactus/perception/perception.h"
 #include "tactus/rig/sources/frame_source.h"
 #include "tactus/sim/body/body_shape.h"
 #include "tactus/sim/notice.h"
@@ -16,14 +17,6 @@
 #include "tactus/track/blade_tracker.h"
 
 namespace tactus {
-
-/// Where a tool was found: its longest axis, from end to end, and how well it is known.
-struct ToolAxis {
-  std::string name;
-  BladeState state = BladeState::absent;
-  double two_sigma_m = 0;
-  Vec3f from_m, to_m;  ///< world
-};
 
 class TrackedBlades {
  public:

@@ -9,6 +9,7 @@
 
 #include "tactus/base/worker.h"
 #include "tactus/geom/image/image.h"
+#include "tactus/geom/mesh/mesh_view.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/reconstruct/hull_check_kernels.h"
 #include "tactus/reconstruct/hull_findings.h"

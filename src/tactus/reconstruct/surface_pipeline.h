@@ -1,6 +1,8 @@
 #pragma once
 /// From the silhouettes of a frame to its surface: hull, mesh, smoothed where that is asked for, and normals.
 /// All code that reconstructs uses this, so a surface is the same wherever it is made.
+#include "tactus/frame/stage.h"
+#include "tactus/geom/mesh/mesh_view.h"
 #include "tactus/reconstruct/surface_smoothing.h"
 #include "tactus/reconstruct/texture/surface_texture.h"
 #include "tactus/reconstruct/visual_hull.h"

@@ -1,6 +1,7 @@
 #pragma once
 /// Optional smoothing of a reconstructed mesh, on the device that holds it.
 #include "tactus/compute/exec_context.h"
+#include "tactus/geom/mesh/mesh_view.h"
 #include "tactus/reconstruct/visual_hull.h"
 
 namespace tactus {

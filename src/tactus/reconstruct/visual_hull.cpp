@@ -1,4 +1,7 @@
 #include "tactus/reconstruct/visual_hull.h"
+#include "tactus/frame/readback.h"
+#include "tactus/frame/stage.h"
+#include "tactus/geom/mesh/mesh_view.h"
 
 #include <algorithm>
 #include <cstdio>

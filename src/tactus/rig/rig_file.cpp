@@ -1,4 +1,5 @@
 #include "tactus/rig/rig_file.h"
+#include "tactus/rig/live_address.h"
 
 #include <cstdlib>
 #include <filesystem>

@@ -8,7 +8,7 @@
 #include "tactus/geom/camera/lens.h"
 #include "tactus/rig/background/background_model.h"
 #include "tactus/rig/images/depth_files.h"
-#include "tactus/rig/live_settings.h"
+#include "tactus/rig/live.h"
 #include "tactus/rig/sources/frame_source.h"
 
 namespace tactus {

@@ -1,4 +1,6 @@
 #include "tactus/run/live_source.h"
+#include "tactus/rig/live/live_keys.h"
+#include "tactus/rig/live_address.h"
 
 #include <algorithm>
 

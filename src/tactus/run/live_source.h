@@ -1,6 +1,6 @@
 #pragma once
 /// A live rig as a source of frames.
-#include "tactus/rig/live/rig_server.h"
+#include "tactus/rig/live.h"
 #include "tactus/rig/rig_file.h"
 #include "tactus/rig/sources/frame_source.h"
 #include "tactus/rig/wire/photo_coder.h"

@@ -1,8 +1,10 @@
-#include "tactus/run/run_checkpoint.h"
+#include "tactus/base/byte_io.h"
+#include "tactus/run/frame_loop.h"
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -42,7 +44,7 @@ void write_checkpoint(const std::string& path, const std::string& scene_path, co
   StateArchive a;
   RunState state{hash_of_scene(scene_path), progress.taken, progress.last_time_s};
   archive(a, state);
-  world.archive(a, nullptr);
+  world.impl().archive(a, nullptr);
   write_file(path, a.bytes());
 }
 
@@ -60,7 +62,7 @@ RunProgress read_checkpoint(const std::string& path, const std::string& scene_pa
   progress.last_time_s = state.last_time_s;
   progress.has_time = state.taken > 0;
   progress.has_images = last.has_value();
-  world.archive(a, last ? &*last : nullptr);
+  world.impl().archive(a, last ? &*last : nullptr);
   return progress;
 }
 

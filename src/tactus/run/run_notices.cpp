@@ -1,4 +1,4 @@
-#include "tactus/run/run_notices.h"
+#include "tactus/run/frame_sink.h"
 
 #include <algorithm>
 

@@ -1,6 +1,7 @@
 #include "tactus/run/run_pictures.h"
 
 #include "tactus/base/safe_file.h"
+#include "tactus/sim/scene.h"
 
 namespace tactus {
 

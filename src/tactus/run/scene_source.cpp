@@ -4,8 +4,8 @@
 
 #include "tactus/base/error.h"
 #include "tactus/rig/markers.h"
+#include "tactus/rig/sources/frame_source.h"
 #include "tactus/run/frame_sources.h"
-#include "tactus/run/source_filter.h"
 
 namespace tactus {
 namespace {

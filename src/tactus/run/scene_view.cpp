@@ -6,6 +6,8 @@
 
 #include "tactus/geom/mesh/mesh_creases.h"
 #include "tactus/sim/still_obstacles.h"
+#include "tactus/track/blade_tracker.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -109,7 +111,7 @@ constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 
 }  // namespace
 
 SceneView::SceneView(const Scene& scene, const Rig& rig, const BodyAssets& assets, const World& world)
-    : scene_(scene), camera_(view_camera(scene.view, what_there_is(rig, scene, world.bodies()))) {
+    : scene_(scene), camera_(view_camera(scene.view, what_there_is(rig, scene, world.impl().bodies()))) {
   for (StillObstacle& o : still_obstacles(scene, assets))
     view_.meshes.push_back({.name = o.name, .mesh = std::move(o.mesh), .material = obstacle_material()});
   if (scene.view.show_frusta) {
@@ -144,7 +146,7 @@ void SceneView::show_models(std::vector<std::vector<std::uint8_t>> element_trian
 }
 
 /// The film on a surface, which gets the normals of the film's.
-std::optional<ViewFilm> SceneView::film_of(SceneFilm::Thickness lies, TriangleMesh& surface) const {
+std::optional<ViewFilm> SceneView::film_of(FilmThickness lies, TriangleMesh& surface) const {
   if (lies.film_m.empty()) return std::nullopt;
   const ViewLiquid liquid = scene_.fluid->looks == LiquidLooks::water ? water() : ViewLiquid{};
   // Only light sees the film's height: walls of a narrow cut would meet where it is filled.
@@ -208,7 +210,8 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
 
 std::vector<std::vector<std::uint8_t>> element_triangles(World& world) {
   std::vector<std::vector<std::uint8_t>> all;
-  for (const auto& body : world.bodies()) all.push_back(body->element_triangles(world.context()));
+  for (const auto& body : world.impl().bodies())
+    all.push_back(body->element_triangles(world.impl().context()));
   return all;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tactus/sim/scene.h"
 #include "tactus/view/scene.h"
 #include "tactus/view/view_camera.h"
 #include "tactus/world/world.h"
@@ -27,7 +28,7 @@ class SceneView {
   const ViewCamera& camera() const { return camera_; }
 
  private:
-  std::optional<ViewFilm> film_of(SceneFilm::Thickness lies, TriangleMesh& surface) const;
+  std::optional<ViewFilm> film_of(FilmThickness lies, TriangleMesh& surface) const;
   const Scene scene_;
   ViewCamera camera_;
   std::shared_ptr<ViewPhotos> photos_;  ///< none: the real surface is clay

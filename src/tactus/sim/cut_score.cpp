@@ -150,9 +150,9 @@ PlannedLine::Nearest PlannedLine::nearest(Vec3d p_m) const {
   return best;
 }
 
-std::optional<PlannedLine::Deviation> PlannedLine::measure(std::vector<SkinSegment>& cut) const {
+std::optional<LineDeviation> PlannedLine::measure(std::vector<SkinSegment>& cut) const {
   using Place = SkinSegment::Place;
-  Deviation found;
+  LineDeviation found;
   double beside_m = 0;
   for (SkinSegment& s : cut) {
     const Nearest nearest = this->nearest(0.5 * (s.from_m + s.to_m));

@@ -9,18 +9,9 @@
 #include "tactus/geom/mesh/point_in_mesh.h"
 #include "tactus/sim/blade.h"
 #include "tactus/sim/body/body_shape.h"
+#include "tactus/sim/stroke_result.h"
 
 namespace tactus {
-
-/// A piece of the line in which an incision meets the skin, at rest, world.
-struct SkinSegment {
-  Vec3d from_m, to_m;
-  Vec3d inward{};  ///< unit: in the wall of the incision, across the line, into the body
-  /// Beside a planned line, beyond one of its ends, or on another side of the body. elsewhere: nothing is
-  /// planned.
-  enum class Place : std::uint8_t { elsewhere, beside, beyond } place = Place::elsewhere;
-  double off_m = 0;  ///< of its middle from the planned line
-};
 
 /// Where triangles of walls meet the surface that the body had before any cut: edges of one triangle alone
 /// whose ends and middle are within 1e-3 spacings of it. That is above the rounding of floats and the 2e-6
@@ -44,17 +35,11 @@ class PlannedLine {
   double length_m() const;
   double tolerance_m() const { return tolerance_m_; }
 
-  /// How a cut keeps to the line.
-  struct Deviation {
-    double mean_m = 0, max_m = 0;  ///< of the cut from the line, where it is beside it
-    double followed_m = 0;         ///< length of the line with a cut within the tolerance
-    double beyond_m = 0;           ///< length of the cut beyond the line's ends
-  };
   /// Notes in `cut` where each piece is, and how far off. A piece is on the line's side of the body if its
   /// way into the body is within 60 degrees of that at the nearest point of the line: where a blade leaves a
   /// body again, it follows no line. It is beyond the line if that nearest point is an end.
   /// @returns nothing where no piece is beside the line
-  std::optional<Deviation> measure(std::vector<SkinSegment>& cut) const;
+  std::optional<LineDeviation> measure(std::vector<SkinSegment>& cut) const;
 
  private:
   struct Nearest {
@@ -67,16 +52,6 @@ class PlannedLine {
   std::string name_, body_;
   std::vector<Vec3d> points_m_, inward_;  ///< of the skin, per point
   double tolerance_m_ = 0;
-};
-
-/// A stroke with all that is measured of it.
-struct StrokeResult {
-  CutScore score;
-  std::vector<SkinSegment> skin;
-  std::string plan;  ///< of the body's plans, the one that it kept to best; "": there is none
-  std::optional<PlannedLine::Deviation> deviation;
-  double skin_length_m = 0;
-  std::optional<double> peak_force_N;  ///< of a body whose `cut_energy_j_m2` is known
 };
 
 /// Mean force along the blade's way that the energy of new walls asks for, its largest over any way of four

@@ -136,7 +136,7 @@ void SceneFilm::archive(StateArchive& a) {
   }
 }
 
-SceneFilm::Thickness SceneFilm::thickness(const SoftBody& body, const TriangleMesh& surface) const {
+FilmThickness SceneFilm::thickness(const SoftBody& body, const TriangleMesh& surface) const {
   const auto coat =
       std::find_if(coats_.begin(), coats_.end(), [&](const Coat& c) { return c.body == &body; });
   if (coat == coats_.end()) return {};

@@ -6,6 +6,7 @@
 
 #include "tactus/fluid/film/film_exchange.h"
 #include "tactus/fluid/liquid.h"
+#include "tactus/fluid/liquid_report.h"
 #include "tactus/frame/readback.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/body/soft_body.h"
@@ -15,13 +16,6 @@ namespace tactus {
 /// Whether the scene's liquid makes a film on its bodies: where the scene says so, or leaves it open and a
 /// body bleeds, with DFSPH and surface tension that holds the film's edge.
 bool has_film(const Scene& scene);
-
-/// The volume ledger of all films. Exactly: film + stain = (taken - given) particles.
-struct SceneFilmReport {
-  double film_m3 = 0, stain_m3 = 0;
-  std::uint64_t wet_vertices = 0;
-  std::uint64_t taken = 0, given = 0;  ///< particles, since the beginning; in LiquidReport, too
-};
 
 /// Owns a film on each body that it is given, on the first device. Once a frame, before its substeps, a film
 /// flows on the body's surface as the last frame left it; then particles and film exchange. Cuts come between
@@ -41,12 +35,8 @@ class SceneFilm {
   /// Once bodies have their cuts. Synchronizes.
   void archive(StateArchive& a);
 
-  /// Thickness of film and stain at each vertex of a body's surface: the volume over a third of the area of
-  /// its triangles. Synchronizes. @param surface of the body now
-  struct Thickness {
-    std::vector<float> film_m, stain_m;
-  };
-  Thickness thickness(const SoftBody& body, const TriangleMesh& surface) const;
+  /// The film and stain on a body. Synchronizes. @param surface of the body now
+  FilmThickness thickness(const SoftBody& body, const TriangleMesh& surface) const;
 
  private:
   struct Coat {

@@ -11,6 +11,7 @@
 #include "tactus/contact/contact_on_devices.h"
 #include "tactus/contact/walls/body_walls.h"
 #include "tactus/fluid/liquid.h"
+#include "tactus/fluid/liquid_report.h"
 #include "tactus/fluid/wounds.h"
 #include "tactus/frame/readback.h"
 #include "tactus/frame/schedule.h"
@@ -25,12 +26,6 @@ namespace tactus {
 /// The speed that a liquid is made for where the scene says none: that of a fall through its box, which
 /// begins with the highest speed of blocks and emitters.
 double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2);
-
-/// Mean force of the liquid over a frame.
-struct LiquidReaction {
-  std::string on;  ///< "face -y" of the liquid's box, an obstacle's or body's name, or a piece's label
-  Vec3f force_N;
-};
 
 /// Owns the liquid, on the first part_count() devices; bodies that touch it are on the first. It moves in
 /// steps of its own. The real surface and obstacles push it; it and bodies push one another.

@@ -4,6 +4,7 @@
 
 #include "tactus/geom/maths/rotation.h"
 #include "tactus/web/json_text.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -85,10 +86,10 @@ std::string RunStatus::text(RunFrame& frame) {
   const std::vector<BodyMonitors> monitors = world.monitors();
   json["bodies"] = nlohmann::json::array();
   for (std::size_t b = 0; b < monitors.size(); ++b)
-    json["bodies"].push_back(body_json(*world.bodies()[b], monitors[b], frame.report));
+    json["bodies"].push_back(body_json(*world.impl().bodies()[b], monitors[b], frame.report));
   for (const SceneParameter& p : world.parameters().list()) json["parameters"][p.name] = p.value;
   for (const std::string& name : held_) json["poses"][name] = pose_json(world.pose(name));
-  if (world.liquid() != nullptr) json["liquid"] = {{"particles", frame.report.liquid.here}};
+  if (world.impl().liquid() != nullptr) json["liquid"] = {{"particles", frame.report.liquid.here}};
   return json_text(json);
 }
 

@@ -1,4 +1,5 @@
 #include "tactus/web/stream_scene.h"
+#include "tactus/track/blade_tracker.h"
 
 #include <algorithm>
 
@@ -24,7 +25,7 @@ Vec3f tool_color(BladeState state) {
 }
 
 /// Liquid and what dried of it; none where all is dry.
-std::string film_bytes(const SceneFilm::Thickness& lies) {
+std::string film_bytes(const FilmThickness& lies) {
   std::string bytes(lies.film_m.size(), '\0');
   bool is_wet = false;
   for (std::size_t v = 0; v < bytes.size(); ++v) {

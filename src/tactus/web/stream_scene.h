@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tactus/sim/scene.h"
 #include "tactus/web/stream_message.h"
 #include "tactus/world/world.h"
 

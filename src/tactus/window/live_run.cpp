@@ -2,10 +2,10 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
-#include "tactus/io/body_assets.h"
+#include "tactus/io/scene_file.h"
 #include "tactus/run/frame_loop.h"
-#include "tactus/run/run_checkpoint.h"
 #include "tactus/run/scene_source.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 
@@ -71,7 +71,7 @@ void LiveRun::keep(World& world, const RunProgress& progress, int number) {
   if (scene_.source.kind == SourceKind::live) return;  // what it gave is gone
   StateArchive a;
   try {
-    world.archive(a, nullptr);
+    world.impl().archive(a, nullptr);
   } catch (const Error& error) {  // a tool that is tracked, say: the run goes on
     log_warning(error.what());
     return;
@@ -83,7 +83,7 @@ void LiveRun::keep(World& world, const RunProgress& progress, int number) {
 RunProgress LiveRun::go_back(FrameSource& source, World& world) const {
   const std::optional<FrameSet> last = take_again(source, kept_.progress.taken, options_.named);
   StateArchive a(kept_.bytes, "the kept frame");
-  world.archive(a, last ? &*last : nullptr);
+  world.impl().archive(a, last ? &*last : nullptr);
   return kept_.progress;
 }
 

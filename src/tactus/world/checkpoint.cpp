@@ -2,12 +2,12 @@
 #include <algorithm>
 
 #include "tactus/base/error.h"
-#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 
 /// Cuts come before the state of the nodes and cubes that they made: lists and places follow the same cuts.
-void World::archive_cuts(StateArchive& a) {
+void World::Impl::archive_cuts(StateArchive& a) {
   if (scene_.blades.empty()) return;
   for (const BladeDescription& blade : scene_.blades)
     if (blade.tracked)
@@ -32,7 +32,7 @@ void World::archive_cuts(StateArchive& a) {
 }
 
 /// Archives the results of the blades' strokes so far.
-void World::archive_scores(StateArchive& a) {
+void World::Impl::archive_scores(StateArchive& a) {
   constexpr Index kMostStrokes = 1 << 20, kMostSteps = 1 << 20;
   auto count = static_cast<Index>(cuts_.size());
   a.value("cuts", count);
@@ -70,7 +70,7 @@ void World::archive_scores(StateArchive& a) {
   }
 }
 
-void World::archive(StateArchive& a, const FrameSet* last) {
+void World::Impl::archive(StateArchive& a, const FrameSet* last) {
   if (a.reads()) {
     is_settled_ = true;
     energy_watch_.turn_off();  // its bodies' strain energy isn't known

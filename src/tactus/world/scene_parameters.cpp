@@ -1,4 +1,5 @@
 #include "tactus/world/scene_parameters.h"
+#include "tactus/frame/state_archive.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/sim/body/kinetic_damping.h"
-#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -117,7 +117,7 @@ class Settling {
 }  // namespace
 
 /// A body that nothing holds would fall for ever, unless another body is below.
-void World::check_settles() const {
+void World::Impl::check_settles() const {
   if (scene_.frame.start != FrameStart::settled || !scene_.obstacles.empty() ||
       (scene_.contact.bodies && scene_.bodies.size() > 1))
     return;
@@ -130,13 +130,13 @@ void World::check_settles() const {
 }
 
 /// Length of a substep that is stable as bodies are strained now.
-double World::settling_dt_s() const {
+double World::Impl::settling_dt_s() const {
   const double frame_s = scene_.frame.dt_s.value_or(1.0 / 30);
   return frame_s / substeps_for(frame_s, 0);
 }
 
 /// A piece: so many substeps. Time doesn't go on for the motions and loads of the bodies.
-void World::settle_interval(int substeps, StepReport& report) {
+void World::Impl::settle_interval(int substeps, StepReport& report) {
   Timings unused;
   const double dt_s = settling_dt_s();
   schedule_.run({.dt_s = static_cast<float>(dt_s),
@@ -151,7 +151,7 @@ void World::settle_interval(int substeps, StepReport& report) {
   report.settling_substeps += substeps;
 }
 
-void World::settle(StepReport& report) {
+void World::Impl::settle(StepReport& report) {
   ExecContext& ctx = devices_.context(0);
   std::vector<Settling> all;
   for (const auto& body : bodies_) all.emplace_back(*body, ctx);

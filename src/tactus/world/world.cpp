@@ -1,4 +1,4 @@
-#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +35,7 @@ RealSurfaceSettings surface_settings(const Perception* perception, float spacing
     settings.max_vertices = settings.max_triangles = settings.max_raw_samples = settings.max_samples = 64;
     return settings;
   }
-  const MeshView mesh = perception->surface();
+  const MeshView mesh = perception->impl().surface();
   settings.max_vertices = mesh.positions_m.size();
   settings.max_triangles = mesh.triangles.size();
   settings.max_raw_samples = std::max(settings.max_raw_samples, 2 * mesh.triangles.size());
@@ -46,7 +46,7 @@ RealSurfaceSettings surface_settings(const Perception* perception, float spacing
 std::vector<ObstacleDescription> touched_obstacles(const Scene& scene, const BodyAssets& assets,
                                                    const Perception* perception) {
   std::vector<ObstacleDescription> all = obstacle_descriptions(scene, assets);
-  return perception != nullptr ? perception->tracked_blades().after(std::move(all)) : all;
+  return perception != nullptr ? perception->impl().tracked_blades().after(std::move(all)) : all;
 }
 
 /// Such bodies are on the first device.
@@ -75,7 +75,7 @@ void add(ColliderReaction& sum, const ColliderReaction& r) {
 
 }  // namespace
 
-World::World(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, Perception* perception)
+World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, Perception* perception)
     : devices_(devices),
       scene_(scene),
       perception_(perception),
@@ -103,7 +103,7 @@ World::World(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, P
       is_settled_(scene.frame.start == FrameStart::undeformed),
       timings_(scene.output.trace) {
   check_settles();
-  if (perception != nullptr) seen_.tools = perception->tracked_blades().motions();
+  if (perception != nullptr) tools_.motions = perception->impl().tracked_blades().motions();
   for (const ProbeDescription& probe : scene.probes) add_probe(probe);
   add_plans();
   for (const BodyDescription& body : scene.bodies) {
@@ -122,7 +122,7 @@ World::World(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, P
   devices_.synchronize();
 }
 
-void World::add_probe(const ProbeDescription& probe) {
+void World::Impl::add_probe(const ProbeDescription& probe) {
   const auto body = std::find_if(scene_.bodies.begin(), scene_.bodies.end(),
                                  [&](const BodyDescription& b) { return b.name == probe.body; });
   if (body == scene_.bodies.end())
@@ -142,7 +142,7 @@ void World::add_probe(const ProbeDescription& probe) {
   probes_.push_back({index, embedded.point, strain_at_point(bodies_[index]->shape(), embedded.point)});
 }
 
-void World::add_stages() {
+void World::Impl::add_stages() {
   const StageDevices touching = colliders_.count() > 1 ? StageDevices::all : StageDevices::first;
   add_surface_stages(touching);
   schedule_.add({.name = "contact/begin",
@@ -170,7 +170,7 @@ void World::add_stages() {
   schedule_.add(std::move(read));
 }
 
-StepReport World::step(double dt_s) {
+StepReport World::Impl::step(double dt_s) {
   const double begin_s = now_s();
   timings_.begin_frame();
   StepReport report;
@@ -190,7 +190,7 @@ StepReport World::step(double dt_s) {
 }
 
 /// The frame's parts, one after the other.
-void World::run_parts(const FrameTimes& times, bool has_new_images, StepReport& report) {
+void World::Impl::run_parts(const FrameTimes& times, bool has_new_images, StepReport& report) {
   move_tools(times, has_new_images);
   contact_log_.begin_frame();
   part_ = 0;
@@ -218,7 +218,8 @@ void World::run_parts(const FrameTimes& times, bool has_new_images, StepReport& 
   if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
 }
 
-void World::run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images) {
+void World::Impl::run_part(const FrameTimes& times, const FramePart& part, double begin_s,
+                           bool has_new_images) {
   const auto dt_substep_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.substeps, 1));
   const double begin_run_s = now_s();
   schedule_.run({.dt_s = dt_substep_s,
@@ -232,7 +233,7 @@ void World::run_part(const FrameTimes& times, const FramePart& part, double begi
                 {.count = part.liquid_steps,
                  .dt_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.liquid_steps, 1)),
                  .variant = liquid_ ? liquid_->variant() : 0});
-  if (has_new_images) perception_->prepare_check();  // while the devices work
+  if (has_new_images) perception_->impl().prepare_check();  // while the devices work
   if (part.substeps > 0) last_substep_s_ = dt_substep_s;
   schedule_.finish(timings_);
   if (liquid_) liquid_->balance(readback_);
@@ -255,7 +256,7 @@ void World::run_part(const FrameTimes& times, const FramePart& part, double begi
 
 /// Whether the bodies can't be stepped before it is known how the new surface moves: it was still, or
 /// unknown, or it was that fast.
-bool World::must_look_first(double dt_s) const {
+bool World::Impl::must_look_first(double dt_s) const {
   if (scene_.frame.substeps || !(dt_s > 0)) return false;
   return std::any_of(bodies_.begin(), bodies_.end(), [&](const auto& body) {
     const double moved_m = surface_m_s() * dt_s;
@@ -265,7 +266,7 @@ bool World::must_look_first(double dt_s) const {
 }
 
 /// Fills the report from the frame's records.
-void World::collect(StepReport& report) {
+void World::Impl::collect(StepReport& report) {
   const auto warn = [&](const char* code, const std::string& text, const std::string& remedy = "") {
     if (!text.empty()) report.notices.push_back({code, Severity::warning, text, remedy});
   };
@@ -279,7 +280,7 @@ void World::collect(StepReport& report) {
     warn("body.inverted", body->newly_inverted(), "press it less or slower, or take a finer lattice");
   watch_bodies(report);
   if (!has_surface_) return;
-  report.hull = perception_->report(readback_, report.notices);
+  report.hull = perception_->impl().report(readback_, report.notices);
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   if (const Index dropped = surface.dropped_raw_samples + surface.dropped_samples; dropped > 0) {
     warn("surface.overflow", std::to_string(dropped) + " samples of the real surface were dropped",
@@ -289,7 +290,7 @@ void World::collect(StepReport& report) {
 }
 
 /// The reactions of one body to one thing in several parts of a frame become one.
-void World::collect_bodies(double dt_frame_s, int substeps, StepReport& report) {
+void World::Impl::collect_bodies(double dt_frame_s, int substeps, StepReport& report) {
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   const auto name_of = [&](Index collider) {
     if (collider < kComponents) return std::to_string(surface.components.component[collider].label);
@@ -320,7 +321,7 @@ void World::collect_bodies(double dt_frame_s, int substeps, StepReport& report) 
   }
 }
 
-void World::log_points(std::size_t body, const std::function<std::string(Index)>& name_of) {
+void World::Impl::log_points(std::size_t body, const std::function<std::string(Index)>& name_of) {
   const auto obstacles = static_cast<Index>(scene_.obstacles.size());  // blades follow them
   for (const ContactPoint& p : bodies_[body]->contacts()) {
     const ColliderKind kind = p.collider < kComponents               ? ColliderKind::component
@@ -331,7 +332,7 @@ void World::log_points(std::size_t body, const std::function<std::string(Index)>
   }
 }
 
-void World::add_contact(const BodyContact& contact, StepReport& report) {
+void World::Impl::add_contact(const BodyContact& contact, StepReport& report) {
   const auto known = std::find_if(report.contacts.begin(), report.contacts.end(), [&](const BodyContact& c) {
     return c.body == contact.body && c.component == contact.component;
   });
@@ -341,13 +342,19 @@ void World::add_contact(const BodyContact& contact, StepReport& report) {
     add(known->reaction, contact.reaction);
 }
 
-std::vector<BodyMonitors> World::monitors() {
+BodyNodes World::Impl::nodes(const std::string& body) {
+  for (const auto& b : bodies_)
+    if (b->name() == body) return {b->positions_m(context()), b->velocities_m_s(context())};
+  throw usage_error("body '" + body + "' is not in the scene" + suggestion(body, names_of(scene_.bodies)));
+}
+
+std::vector<BodyMonitors> World::Impl::monitors() {
   std::vector<BodyMonitors> all;
   for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0), last_substep_s_));
   return all;
 }
 
-std::vector<std::vector<MotionForce>> World::motion_forces() {
+std::vector<std::vector<MotionForce>> World::Impl::motion_forces() {
   std::vector<std::vector<MotionForce>> all;
   for (const auto& body : bodies_) {
     const std::vector<Vec3d> forces_N = body->motion_forces_N(last_dt_s_),
@@ -358,7 +365,7 @@ std::vector<std::vector<MotionForce>> World::motion_forces() {
   return all;
 }
 
-std::vector<ProbeReading> World::probes() {
+std::vector<ProbeReading> World::Impl::probes() {
   std::vector<std::vector<Vec3f>> nodes_m(bodies_.size());  // of bodies with probes, each once
   std::vector<ProbeReading> readings;
   for (const Probe& probe : probes_) {

@@ -5,7 +5,7 @@
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/sim/body/body_cut.h"
-#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -39,7 +39,7 @@ float length_of(const cut::BladeStrip& strip) {
 
 }  // namespace
 
-void World::cut_bodies(double from_s, double to_s, StepReport& report) {
+void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
   if (scene_.blades.empty() || !(to_s > from_s)) return;
   const StageTimer timer(timings_, "cut");
   ExecContext& ctx = devices_.context(0);
@@ -87,11 +87,11 @@ void World::cut_bodies(double from_s, double to_s, StepReport& report) {
     body->remember_nodes();
     if (has_changed) follow_cuts(k, report.notices);
   }
-  seen_.strips.clear();
+  tools_.strips.clear();
 }
 
 /// Lets the probes in a body, and the liquid round it, follow its cuts.
-void World::follow_cuts(std::size_t number, std::vector<Notice>& notices) {
+void World::Impl::follow_cuts(std::size_t number, std::vector<Notice>& notices) {
   SoftBody& body = *bodies_[number];
   if (liquid_)
     liquid_->follow_cut(body, notices);
@@ -105,7 +105,7 @@ void World::follow_cuts(std::size_t number, std::vector<Notice>& notices) {
 }
 
 /// The last stroke of the blade in the body, or a new one, which is the last of all.
-CutScore& World::stroke_of(const std::string& blade, const std::string& body, double from_s) {
+CutScore& World::Impl::stroke_of(const std::string& blade, const std::string& body, double from_s) {
   Index count = 0;
   CutScore* last = nullptr;
   for (CutScore& c : cuts_) {
@@ -116,8 +116,8 @@ CutScore& World::stroke_of(const std::string& blade, const std::string& body, do
   return cuts_.emplace_back(CutScore{.blade = blade, .body = body, .begin_s = from_s, .stroke = count});
 }
 
-void World::add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
-                    CutScore& score) {
+void World::Impl::add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
+                          CutScore& score) {
   if (score.cut_cubes == 0) score.begin_s = from_s;
   score.steps.push_back({score.pending_m + displacement_m(strip), cut.area_m2});
   score.path_m += score.steps.back().displacement_m;
@@ -129,7 +129,7 @@ void World::add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, dou
   score.cut_cubes += cut.cut_cubes;
 }
 
-void World::add_plans() {
+void World::Impl::add_plans() {
   for (const PlanDescription& plan : scene_.plans) {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (scene_.bodies[b].name == plan.body)
@@ -137,7 +137,7 @@ void World::add_plans() {
   }
 }
 
-std::vector<StrokeResult> World::stroke_results() const {
+std::vector<StrokeResult> World::Impl::stroke_results() const {
   std::vector<StrokeResult> all;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const SoftBody& body = *bodies_[b];

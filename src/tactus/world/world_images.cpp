@@ -4,19 +4,20 @@
 
 #include "tactus/base/error.h"
 #include "tactus/sim/blade_mesh.h"
-#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 
-void World::set_surface(Observation observation) {
+void World::Impl::set_surface(Observation observation) {
   if (!observation.is_new) return;
   if (perception_ == nullptr)
     throw usage_error("a World without a Perception has no real surface: give it one when it is constructed");
   seen_ = std::move(observation);
+  if (seen_.tools != nullptr) tools_ = *seen_.tools;
 }
 
 /// Takes over what was observed. @returns whether images are new.
-bool World::begin_images(StepReport& report) {
+bool World::Impl::begin_images(StepReport& report) {
   if (!std::exchange(seen_.is_new, false)) return false;
   begin_quality();
   has_surface_ = true;
@@ -25,20 +26,20 @@ bool World::begin_images(StepReport& report) {
   return true;
 }
 
-void World::move_tools(const FrameTimes& times, bool has_new_images) {
-  if (moving_obstacles_.empty() && (seen_.tools.empty() || !has_new_images)) return;
+void World::Impl::move_tools(const FrameTimes& times, bool has_new_images) {
+  if (moving_obstacles_.empty() && (tools_.motions.empty() || !has_new_images)) return;
   moving_obstacles_.begin_frame(times.dt_s, clock_.simulated_s(), times.surface_age_s + times.dt_s);
   std::vector<ToolMotion> motions = moving_obstacles_.motions();
-  motions.insert(motions.end(), seen_.tools.begin(), seen_.tools.end());
+  motions.insert(motions.end(), tools_.motions.begin(), tools_.motions.end());
   colliders_.move_tools(motions);
   tool_speeds_.clear();
   for (const Reach& r : moving_obstacles_.reaches()) tool_speeds_.push_back(r);
-  for (const Reach& r : seen_.tool_reaches) tool_speeds_.push_back(r);
+  for (const Reach& r : tools_.reaches) tool_speeds_.push_back(r);
   if (!has_surface_) component_speeds_.clear();
   component_speeds_.insert(component_speeds_.end(), tool_speeds_.begin(), tool_speeds_.end());
 }
 
-FrameSnapshot World::snapshot() {
+FrameSnapshot World::Impl::snapshot() {
   FrameSnapshot snapshot;
   snapshot.tick = seen_.tick;
   snapshot.captured_s = seen_.captured_s;
@@ -51,8 +52,8 @@ FrameSnapshot World::snapshot() {
   }
   snapshot.obstacles = moving_obstacles_.meshes();
   if (perception_ != nullptr) {
-    snapshot.blades = perception_->tracked_blades().meshes();
-    snapshot.tools = perception_->tracked_blades().axes();
+    snapshot.blades = perception_->impl().tracked_blades().meshes();
+    snapshot.tools = perception_->impl().tracked_blades().axes();
   }
   for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
     snapshot.blades.push_back(std::move(blade));
@@ -63,9 +64,9 @@ FrameSnapshot World::snapshot() {
   return snapshot;
 }
 
-std::vector<QualityReduction> World::quality_reductions() const {
+std::vector<QualityReduction> World::Impl::quality_reductions() const {
   std::vector<QualityReduction> all;
-  if (perception_ == nullptr || !perception_->can_reduce()) return all;
+  if (perception_ == nullptr || !perception_->impl().can_reduce()) return all;
   all.push_back(QualityReduction::hull);
   if (liquid_ && liquid_->can_be_reduced()) all.push_back(QualityReduction::liquid);
   // The paper's response sums over samples, whose volumes belong to their spacing.
@@ -73,7 +74,7 @@ std::vector<QualityReduction> World::quality_reductions() const {
   return all;
 }
 
-void World::reduce_quality(std::span<const QualityReduction> quality_reductions) {
+void World::Impl::reduce_quality(std::span<const QualityReduction> quality_reductions) {
   reductions_asked_ = 0;
   for (const QualityReduction s : quality_reductions) {
     const std::vector<QualityReduction> can = this->quality_reductions();
@@ -83,22 +84,22 @@ void World::reduce_quality(std::span<const QualityReduction> quality_reductions)
 }
 
 /// Sets up the reductions that the coming frame's stages make.
-void World::begin_quality() {
+void World::Impl::begin_quality() {
   if (reductions_made_ == reductions_asked_) return;
   reductions_made_ = reductions_asked_;
-  perception_->reduce(is_reduced(QualityReduction::hull));
+  perception_->impl().reduce(is_reduced(QualityReduction::hull));
   colliders_.set_coarseness(is_reduced(QualityReduction::samples) ? 2 : 1);
   if (liquid_) liquid_->reduce_quality(is_reduced(QualityReduction::liquid));
   schedule_.select(reductions_made_ >> 1);
 }
 
 /// The strip that the edge of a tracked blade swept with the last images, until it has cut.
-cut::BladeStrip World::seen_strip(std::size_t blade) const {
-  return blade < seen_.strips.size() ? seen_.strips[blade] : cut::BladeStrip{};
+cut::BladeStrip World::Impl::seen_strip(std::size_t blade) const {
+  return blade < tools_.strips.size() ? tools_.strips[blade] : cut::BladeStrip{};
 }
 
 /// From the capture to the end of the frame; of live images by stages, too.
-void World::note_latency() {
+void World::Impl::note_latency() {
   const double now = now_s();
   timings_.add("latency", seen_.captured_s, now);
   if (!(seen_.released_s > 0)) return;
@@ -107,27 +108,28 @@ void World::note_latency() {
   timings_.add("hull to bodies", meshed_s_, now);
 }
 
-void World::note_shown() {
+void World::Impl::note_shown() {
   if (seen_.released_s > 0) timings_.add("capture to snapshot", seen_.captured_s, now_s());
 }
 
 /// Adds the stages that make the real surface of new images.
-void World::add_surface_stages(StageDevices touching) {
+void World::Impl::add_surface_stages(StageDevices touching) {
   if (perception_ == nullptr)  // contact reads a surface that has no component
     return schedule_.add({.name = "surface/none",
                           .timed_as = "surface",
                           .rate = Rate::capture,
                           .writes = {"surface/samples"},
                           .submit = [](BlockPlace) {}});
-  perception_->add_stages(schedule_, readback_);
-  schedule_.add(
-      {.name = "surface/update",
-       .timed_as = "surface",
-       .rate = Rate::capture,
-       .devices = touching,
-       .writes = {"surface/samples"},
-       .reads = {VisualHull::kMesh},
-       .submit = [this](BlockPlace) { colliders_.update(perception_->surface(), schedule_.frame()); }});
+  perception_->impl().add_stages(schedule_, readback_);
+  schedule_.add({.name = "surface/update",
+                 .timed_as = "surface",
+                 .rate = Rate::capture,
+                 .devices = touching,
+                 .writes = {"surface/samples"},
+                 .reads = {VisualHull::kMesh},
+                 .submit = [this](BlockPlace) {
+                   colliders_.update(perception_->impl().surface(), schedule_.frame());
+                 }});
 }
 
 }  // namespace tactus

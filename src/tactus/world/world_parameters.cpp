@@ -1,9 +1,9 @@
 // The parameters of a scene that may change between frames.
-#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 
-void World::add_parameters() {
+void World::Impl::add_parameters() {
   static constexpr const char* kAxes[] = {".x", ".y", ".z"};
   for (int axis = 0; axis < 3; ++axis)
     parameters_.add(std::string("gravity_m_s2") + kAxes[axis], "gravity_m_s2", scene_.gravity_m_s2[axis],
@@ -33,7 +33,7 @@ void World::add_parameters() {
   });
 }
 
-void World::add_parameters_of(SoftBody& body, const BodyDescription& description) {
+void World::Impl::add_parameters_of(SoftBody& body, const BodyDescription& description) {
   const std::string in = "bodies." + body.name() + ".";
   const MaterialDescription& m = description.material;
   // As printed, shape matching's stiffness follows the step, not Young's modulus.

@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 
-int World::substeps_for(double dt_s, double substeps_per_s) const {
+int World::Impl::substeps_for(double dt_s, double substeps_per_s) const {
   int count = static_cast<int>(std::ceil(std::min(dt_s * substeps_per_s, double{kMostSubsteps})));
   for (const auto& body : bodies_) count = std::max(count, body->substeps_for(static_cast<float>(dt_s)));
   if (liquid_) count = std::max(count, liquid_->substeps_for(dt_s));
@@ -14,7 +14,7 @@ int World::substeps_for(double dt_s, double substeps_per_s) const {
 }
 
 /// Bodies, too, may push the liquid.
-void World::look_ahead_of_liquid(double dt_s) {
+void World::Impl::look_ahead_of_liquid(double dt_s) {
   std::vector<Reach> movers;
   for (const Reach& component : component_speeds_)
     if (component.m_s > 0) movers.push_back(component);
@@ -32,7 +32,7 @@ void World::look_ahead_of_liquid(double dt_s) {
   liquid_->look_ahead(to_s - dt_s, to_s, scene_.gravity_m_s2, movers);
 }
 
-double World::surface_m_s() const {
+double World::Impl::surface_m_s() const {
   double fastest = 0;
   for (const Reach& component : component_speeds_) fastest = std::max(fastest, component.m_s);
   return fastest;
@@ -40,7 +40,7 @@ double World::surface_m_s() const {
 
 /// Where neither a component nor the body gets out of its box by more than their ways, and boxes are farther
 /// apart than that and contact's reach, the component doesn't count.
-double World::surface_m_s(const SoftBody& body, double seconds) const {
+double World::Impl::surface_m_s(const SoftBody& body, double seconds) const {
   double fastest = 0;
   for (const Reach& component : component_speeds_) {
     const double displacement_m = (component.m_s + static_cast<double>(body.fastest_m_s())) * seconds,
@@ -53,7 +53,7 @@ double World::surface_m_s(const SoftBody& body, double seconds) const {
   return fastest;
 }
 
-World::FramePart World::next_part(double left_s, double age_s, double from_s, int done) {
+World::Impl::FramePart World::Impl::next_part(double left_s, double age_s, double from_s, int done) {
   if (scene_.frame.substeps) return {left_s, *scene_.frame.substeps, true};
   double spacings_per_s = 0;  // that anything moves by
   double falls_per_s = 0;     // likewise, that it may gain until the middle of the frame

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "tactus/world/world.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -23,7 +23,7 @@ bool nothing_acts(const Scene& scene) {
 
 }  // namespace
 
-EnergyWatch World::make_energy_watch() const {
+EnergyWatch World::Impl::make_energy_watch() const {
   if (!nothing_acts(scene_)) return {};
   std::vector<EnergyWatch::Body> bodies;
   for (const auto& body : bodies_) {
@@ -43,13 +43,13 @@ EnergyWatch World::make_energy_watch() const {
 }
 
 /// The work of the real object or a tool is summed up nowhere.
-void World::note_contact(const ContactReport& contact) {
+void World::Impl::note_contact(const ContactReport& contact) {
   const auto still = static_cast<Index>(scene_.obstacles.size());
   for (const ColliderReaction& r : contact.colliders)
     if (r.collider < kComponents || r.collider - kComponents >= still) energy_watch_.turn_off();
 }
 
-std::string World::gained_energy() {
+std::string World::Impl::gained_energy() {
   if (!energy_watch_.is_on()) return "";
   std::vector<EnergyWatch::Body> bodies;
   for (const auto& body : bodies_) {
@@ -60,12 +60,12 @@ std::string World::gained_energy() {
   return energy_watch_.follow(bodies, double{last_substep_s_});
 }
 
-ObstacleWatch::Surface World::surface_of(const SoftBody& body) const {
+ObstacleWatch::Surface World::Impl::surface_of(const SoftBody& body) const {
   return [this, &body] { return body.surface(devices_.context(0)); };
 }
 
 /// The other body whose box holds the centre of a body, and then its surface round it.
-std::string World::inside_a_body(std::size_t body) {
+std::string World::Impl::inside_a_body(std::size_t body) {
   if (!scene_.contact.bodies) return "";
   const SoftBody& of = *bodies_[body];
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -82,7 +82,7 @@ std::string World::inside_a_body(std::size_t body) {
 }
 
 /// A body that jumped in has no point near the surface: nothing tells contact of it.
-std::string World::inside_the_surface(std::size_t body) {
+std::string World::Impl::inside_the_surface(std::size_t body) {
   if (!has_surface_) return "";
   const Vec3d center_m = bodies_[body]->motion().center_m;
   const RealSurfaceReport found = readback_.get<RealSurfaceReport>(surface_report_)[0];
@@ -96,7 +96,7 @@ std::string World::inside_the_surface(std::size_t body) {
   return "";
 }
 
-void World::watch_bodies(StepReport& report) {
+void World::Impl::watch_bodies(StepReport& report) {
   const auto warn = [&](const char* code, std::string text, const char* remedy) {
     if (!text.empty()) report.notices.push_back({code, Severity::warning, std::move(text), remedy});
   };
@@ -114,7 +114,7 @@ void World::watch_bodies(StepReport& report) {
   warn("body.gains_energy", gained_energy(), EnergyWatch::kRemedy);
 }
 
-void World::report_fast_components(const RealSurfaceReport& surface, StepReport& report) const {
+void World::Impl::report_fast_components(const RealSurfaceReport& surface, StepReport& report) const {
   for (Index k = 0; k < surface.components.count; ++k) {
     if (surface.motions.at(static_cast<std::size_t>(k)).source != MotionSource::too_fast) continue;
     const auto most_m_s = static_cast<int>(colliders_.first().surface.settings().max_speed_m_s);

@@ -12,7 +12,8 @@
 #include "bench.h"
 #include "tactus/base/error.h"
 #include "tactus/base/timing.h"
-#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live.h"
+#include "tactus/rig/live/live_keys.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/rig/wire/photo_coder.h"
 

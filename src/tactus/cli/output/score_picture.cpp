@@ -8,6 +8,7 @@
 #include "tactus/geom/mesh/mesh_creases.h"
 #include "tactus/view/image_files.h"
 #include "tactus/view/renderer.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -256,13 +257,13 @@ std::vector<std::string> write_score_pictures(const Scene& scene, const World& w
   std::vector<std::string> paths;
   const Strokes all = world.stroke_results();
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const SoftBody& body = *world.bodies()[b];
+    const SoftBody& body = *world.impl().bodies()[b];
     Strokes strokes;
     std::copy_if(all.begin(), all.end(), std::back_inserter(strokes),
                  [&](const StrokeResult& s) { return s.score.body == body.name(); });
     if (strokes.empty()) continue;
     std::vector<const PlannedLine*> plans;
-    for (const PlannedLine& plan : world.plans())
+    for (const PlannedLine& plan : world.impl().plans())
       if (plan.body() == body.name()) plans.push_back(&plan);
     paths.push_back(stem + "-" + body.name() + "-score.png");
     write_png(paths.back(), score_picture(body, vec_cast<float>(scene.bodies[b].colour), strokes, plans));

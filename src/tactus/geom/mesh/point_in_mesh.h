@@ -7,12 +7,6 @@
 
 namespace tactus {
 
-/// Which points are inside of a mesh.
-enum class MeshFill : std::uint8_t {
-  closed,  ///< winding number not 0; the mesh must be closed and consistently oriented
-  winding  ///< generalized winding number at least 1/2 (Jacobson et al. 2013): holes are spanned
-};
-
 /// Winding numbers and distances of points. Keeps its own copy of the triangles.
 class PointInMesh {
  public:

@@ -1,4 +1,5 @@
 #include "tactus/io/mesh/mesh_file.h"
+#include "tactus/geom/mesh/textured_mesh.h"
 
 #include <algorithm>
 #include <bit>

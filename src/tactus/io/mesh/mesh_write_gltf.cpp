@@ -7,6 +7,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/geom/mesh/textured_mesh.h"
 #include "tactus/io/mesh/mesh_file.h"
 
 namespace tactus {

@@ -6,6 +6,7 @@
 
 #include "tactus/geom/camera/camera.h"
 #include "tactus/geom/image/image.h"
+#include "tactus/geom/mesh/mesh_view.h"
 #include "tactus/reconstruct/texture/texture_kernels.h"
 #include "tactus/reconstruct/visual_hull.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "tactus/rig/live/rig_server.h"
+#include "tactus/rig/live.h"
 #include "tactus/rig/wire/clock_fit.h"
 #include "tactus/rig/wire/packet.h"
 

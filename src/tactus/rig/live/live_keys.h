@@ -3,18 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "tactus/rig/live.h"
+
 namespace tactus {
-
-/// A file of its own, for its owner's eyes only. Keys are 40 characters of Z85.
-struct LiveKey {
-  std::string name;  ///< the camera, "server", or "status": it may ask for the server's status
-  std::string public_key, secret_key;
-  std::string server_key;  ///< public; of clients only
-};
-
-struct LiveClient {
-  std::string name, public_key;
-};
 
 inline constexpr const char* kServerName = "server";
 inline constexpr const char* kStatusName = "status";
@@ -24,9 +15,6 @@ LiveKey make_live_key(const std::string& name, const std::string& server_key);
 
 /// Makes the file, readable by its owner alone. @throws Error when it is there already.
 void write_live_key(const std::string& path, const LiveKey& key);
-/// @throws Error naming the file: others can read it, it is another user's, or no key.
-LiveKey read_live_key(const std::string& path);
-
 /// The list of the clients that may connect: lines "NAME PUBLIC-KEY". Replaces the file.
 void write_live_clients(const std::string& path, const std::vector<LiveClient>& clients);
 /// @throws Error naming file and line; also for a file that others can read or change.

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tactus/rig/live/rig_server.h"
+#include "tactus/rig/live.h"
 
 namespace tactus {
 

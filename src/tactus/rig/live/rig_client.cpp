@@ -1,4 +1,4 @@
-#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live.h"
 
 #include <algorithm>
 #include <array>
@@ -16,6 +16,8 @@
 #include "tactus/rig/live/live_message.h"
 #include "tactus/rig/live/wake_up.h"
 #include "tactus/rig/live/zmq_io.h"
+#include "tactus/rig/live_address.h"
+#include "tactus/rig/wire/packet.h"
 
 namespace tactus {
 namespace {

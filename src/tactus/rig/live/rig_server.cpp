@@ -1,4 +1,4 @@
-#include "tactus/rig/live/rig_server.h"
+#include "tactus/rig/live.h"
 
 #include <poll.h>
 
@@ -14,9 +14,11 @@
 #include "tactus/base/log.h"
 #include "tactus/base/timing.h"
 #include "tactus/rig/live/camera_gate.h"
+#include "tactus/rig/live/live_keys.h"
 #include "tactus/rig/live/live_message.h"
 #include "tactus/rig/live/socket_process.h"
 #include "tactus/rig/live/wake_up.h"
+#include "tactus/rig/live_address.h"
 #include "tactus/rig/wire/set_assembler.h"
 
 namespace tactus {

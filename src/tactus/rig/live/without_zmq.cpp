@@ -1,6 +1,7 @@
 // Live rigs in a build without ZeroMQ: the same error everywhere.
 #include "tactus/base/error.h"
-#include "tactus/rig/live/rig_client.h"
+#include "tactus/rig/live.h"
+#include "tactus/rig/live/live_keys.h"
 
 namespace tactus {
 namespace {

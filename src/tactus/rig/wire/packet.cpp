@@ -49,6 +49,8 @@ const char* refusal_text(Refusal refusal) {
   return kTexts[static_cast<std::size_t>(refusal)];
 }
 
+std::uint64_t calibration_hash(const Camera& pinhole) { return calibration_hash(pinhole, Lens{}); }
+
 std::uint64_t calibration_hash(const Camera& pinhole, const Lens& lens) {
   std::string bytes;
   put_bytes(bytes, pinhole.width_px);

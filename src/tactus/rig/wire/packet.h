@@ -6,24 +6,10 @@
 #include <string_view>
 
 #include "tactus/geom/camera/lens.h"
+#include "tactus/rig/live.h"
 #include "tactus/rig/wire/image_coder.h"
 
 namespace tactus {
-
-/// A rectangle of pixels; without any: 0.
-struct PixelBox {
-  Index left_px = 0, top_px = 0, width_px = 0, height_px = 0;
-  friend bool operator==(const PixelBox&, const PixelBox&) = default;
-};
-
-/// One camera's images of one tick. A depth camera has `depth_m` alone.
-struct CameraImages {
-  BitMask mask;
-  AlphaImage alpha;
-  DepthImage depth_m;
-  PixelBox photo_box;      ///< of the silhouette
-  std::string photo_jpeg;  ///< of that box
-};
 
 struct PacketHead {
   static constexpr std::size_t kBytes = 128;
@@ -49,34 +35,8 @@ struct PacketHead {
   static constexpr std::int64_t kMostTrigger = std::int64_t{1} << 53;
 };
 
-/// Why a packet is refused. `none`: it isn't.
-enum class Refusal : std::uint8_t {
-  none,
-  too_short,       ///< than a head, or than its head says
-  too_long,        ///< than its head says, or than images of the camera can be
-  not_a_packet,    ///< the first bytes are others
-  version,         ///< of another format
-  head,            ///< its numbers contradict one another
-  no_such_camera,  ///< in this rig
-  other_camera,    ///< than the sender's key is for
-  calibration,     ///< another one than the rig's
-  old_boot,        ///< a number of before the camera's last start
-  repeated,        ///< sequence number that was there
-  too_many,        ///< packets a second
-  too_much,        ///< bytes a second
-  late,            ///< its set was released
-  ahead,           ///< far beyond the newest set
-  payload,         ///< images that can't be unpacked
-  clock,           ///< sent more than a second off the estimate of the camera's clock
-  other_client,    ///< another client of this camera is heard
-  count
-};
-/// "late", "other camera"
-const char* refusal_text(Refusal refusal);
-using RefusalCounts = std::array<std::int64_t, static_cast<std::size_t>(Refusal::count)>;
-
-/// Hash of all that decides how images are undistorted: size, camera matrix, lens.
-std::uint64_t calibration_hash(const Camera& pinhole, const Lens& lens = {});
+/// The same of images that were undistorted from such a lens.
+std::uint64_t calibration_hash(const Camera& pinhole, const Lens& lens);
 
 /// Most bytes of a packet of such a camera.
 std::size_t packet_limit(Vec2i size_px);

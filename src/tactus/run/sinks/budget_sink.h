@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tactus/perception/frame_quality.h"
 #include "tactus/run/frame_sink.h"
 
 namespace tactus {

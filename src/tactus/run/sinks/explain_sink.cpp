@@ -1,4 +1,5 @@
 #include "tactus/run/sinks/explain_sink.h"
+#include "tactus/world/world_impl.h"
 
 #include <cstdio>
 
@@ -74,8 +75,8 @@ void ExplainSink::note_body(const StepReport& report, SoftBody& body, ExecContex
 void ExplainSink::frame(RunFrame& frame) {
   const StepReport& report = frame.report;
   const std::int64_t tick = frame.images.tick;
-  for (const auto& body : frame.world.bodies()) {
-    if (!body->is_frozen()) note_body(report, *body, frame.world.context(), tick);
+  for (const auto& body : frame.world.impl().bodies()) {
+    if (!body->is_frozen()) note_body(report, *body, frame.world.impl().context(), tick);
   }
   for (const Notice& notice : report.notices)
     note(notice.message(), tick, 0, [&] { return notice.message(); });

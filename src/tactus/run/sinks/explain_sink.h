@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tactus/run/sinks/crush_sink.h"
+#include "tactus/sim/body/soft_body.h"
 
 namespace tactus {
 

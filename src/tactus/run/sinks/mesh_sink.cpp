@@ -5,6 +5,7 @@
 
 #include "tactus/fluid/liquid_mesh.h"
 #include "tactus/io/mesh/mesh_file.h"
+#include "tactus/world/world_impl.h"
 
 namespace tactus {
 namespace {
@@ -40,13 +41,13 @@ std::string VtkSink::add(const RunFrame& frame, const std::string& part, const c
 
 void VtkSink::frame(RunFrame& frame) {
   if (!is_due(frame, every_)) return;
-  ExecContext& ctx = frame.world.context();
-  for (const auto& body : frame.world.bodies())
+  ExecContext& ctx = frame.world.impl().context();
+  for (const auto& body : frame.world.impl().bodies())
     write_vtu(add(frame, body->name(), ".vtu"), body->shape().lattice, body->shape().elements,
               body->positions_m(ctx), body->velocities_m_s(ctx), body->strains(ctx));
   const std::shared_ptr<const FrameSnapshot> seen = frame.snapshot();
   if (!seen->real.triangles.empty()) write_vtp(add(frame, "real", ".vtp"), seen->real);
-  if (frame.world.liquid() != nullptr)
+  if (frame.world.impl().liquid() != nullptr)
     write_vtp(add(frame, "liquid", ".vtp"), {.positions_m = seen->liquid_m, .normals = {}, .triangles = {}});
   write_pvd(stem_ + ".pvd", files_);
 }

@@ -2,6 +2,7 @@
 /// Files of single frames.
 #include "tactus/io/vtk_file.h"
 #include "tactus/run/frame_sink.h"
+#include "tactus/sim/scene.h"
 
 namespace tactus {
 

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "tactus/run/progress_text.h"
+#include "tactus/sim/scene.h"
 
 namespace tactus {
 

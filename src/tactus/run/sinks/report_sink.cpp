@@ -1,4 +1,5 @@
 #include "tactus/run/sinks/report_sink.h"
+#include "tactus/world/world_impl.h"
 
 #include <algorithm>
 
@@ -217,7 +218,8 @@ void ReportSink::frame(RunFrame& frame) {
     points_[body].push_back(points_json(frame.world.contacts(body)));
   summary_.probes.push_back(world.probes());
   summary_.monitors.push_back(world.monitors());
-  if (const Perception* seen = world.perception()) summary_.blades.push_back(seen->tracked_blades().now());
+  if (const Perception* seen = world.perception())
+    summary_.blades.push_back(seen->impl().tracked_blades().now());
   summary_.motion_forces.push_back(world.motion_forces());
 }
 
@@ -233,8 +235,8 @@ nlohmann::json ReportSink::to_json(const FrameLoop& loop, World& world, const st
       {"substeps", summary.substeps},          {"settling_substeps", summary.settling_substeps},
       {"max_vertices", summary.max_vertices},  {"max_triangles", summary.max_triangles},
       {"pushed_out_nodes", summary.pushed_out}};
-  for (std::size_t b = 0; b < world.bodies().size(); ++b) {
-    const SoftBody& body = *world.bodies()[b];
+  for (std::size_t b = 0; b < world.impl().bodies().size(); ++b) {
+    const SoftBody& body = *world.impl().bodies()[b];
     json["bodies"].push_back({{"name", body.name()},
                               {"nodes", body.node_count()},
                               {"contact_points", body.contact_point_count()},
@@ -244,9 +246,9 @@ nlohmann::json ReportSink::to_json(const FrameLoop& loop, World& world, const st
     if (const auto points = points_.find(body.name()); points != points_.end())
       json["bodies"][b]["contacts"] = points->second;
   }
-  for (std::size_t b = 0; b < world.bodies().size(); ++b) {
-    if (!world.bodies()[b]->is_cuttable()) continue;
-    const SoftBody::CutState state = world.bodies()[b]->cut_state(world.context());
+  for (std::size_t b = 0; b < world.impl().bodies().size(); ++b) {
+    if (!world.impl().bodies()[b]->is_cuttable()) continue;
+    const SoftBody::CutState state = world.impl().bodies()[b]->cut_state(world.impl().context());
     json["bodies"][b]["cut"] = {
         {"parts", state.parts}, {"copies", state.copies}, {"closed_volumes_m3", state.closed_volumes_m3}};
   }
@@ -257,7 +259,7 @@ nlohmann::json ReportSink::to_json(const FrameLoop& loop, World& world, const st
   if (!summary.blades.empty() && !summary.blades.front().empty())
     json["blades"] = blades_json(summary, scene_);
   if (scene_.fluid) json["liquid"] = liquid_json(summary, *scene_.fluid);
-  json["recordings"] = world.schedule().recordings();
+  json["recordings"] = world.impl().schedule().recordings();
   json["notices"] = nlohmann::json::array();
   for (const Notice& n : loop.notices().notices())
     json["notices"].push_back(

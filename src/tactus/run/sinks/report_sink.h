@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "tactus/run/frame_loop.h"
+#include "tactus/sim/scene.h"
+#include "tactus/track/blade_tracker.h"
 
 namespace tactus {
 

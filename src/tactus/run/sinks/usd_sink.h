@@ -2,6 +2,7 @@
 /// A run as one file that moves.
 #include "tactus/io/usd_file.h"
 #include "tactus/run/frame_sink.h"
+#include "tactus/sim/scene.h"
 
 namespace tactus {
 

@@ -33,7 +33,7 @@ RegionFinder::RegionFinder(const BodyDescription& body, const BodyAssets& assets
       std::none_of(body.moved.begin(), body.moved.end(), region_by_label) &&
       std::none_of(body.regions.begin(), body.regions.end(), region_by_label))
     return;
-  const LabelVolume& volume = assets.labels.at(body.name);
+  const LabelVolume& volume = *assets.labels.at(body.name);
   labels_ =
       labels_of_cubes(lattice, volume, solid(volume), [&](Vec3d p) { return body.placement.to_body(p); });
 }

@@ -114,7 +114,7 @@ TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets,
     return mesh;
   }
   if (shape.kind == ShapeKind::labels) {
-    const LabelVolume& volume = assets.labels.at(body.name);
+    const LabelVolume& volume = *assets.labels.at(body.name);
     const Vec3f n = vec_cast<float>(volume.dims), v = volume.voxel_size_m;
     check_size({n.x * v.x, n.y * v.y, n.z * v.z});
     const std::set<VoxelLabel> solid = solid_labels(shape, volume);

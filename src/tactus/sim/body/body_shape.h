@@ -12,14 +12,6 @@
 
 namespace tactus {
 
-/// File contents that shapes need, by the body's name; in the file's own coordinates, metres.
-struct BodyAssets {
-  std::map<std::string, TriangleMesh> meshes = {};
-  std::map<std::string, LabelVolume> labels = {};
-  std::map<std::string, TriangleMesh> obstacle_meshes = {};  ///< by the obstacle's name
-  std::map<std::string, TriangleMesh> blade_meshes = {};     ///< by the blade's name
-};
-
 /// A body's shape, placed in the world, and the materials of its cubes.
 struct BodyShape {
   TriangleMesh surface_m;    ///< closed, world

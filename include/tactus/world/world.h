@@ -1,0 +1,104 @@
+#pragma once
+/// Soft bodies, liquid and obstacles, stepped frame by frame. Needs no camera.
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tactus/base/timing.h"
+#include "tactus/base/vec.h"
+#include "tactus/multi_device/device_set.h"
+#include "tactus/perception/perception.h"
+#include "tactus/sim/stroke_result.h"
+#include "tactus/world/scene_parameters.h"
+#include "tactus/world/step_report.h"
+
+namespace tactus {
+
+struct BodyAssets;
+struct Scene;
+
+/// Owns bodies, liquid, obstacles, probes, cuts and time; one thread calls it. Bodies are stepped by as many
+/// devices as pay, with the same bits; their seen surfaces are on the first.
+///
+///   World world(devices, scene, assets);
+///   per frame: world.set_pose("tool", T_world_tool); const StepReport report = world.step(dt_s);
+///
+/// With a Perception, the real surface of new images is made in the same submission.
+class World {
+ public:
+  /// @param perception makes the real surface; nullptr: there is none. Kept; it belongs to one World
+  /// @throws Error naming the fault of the body or material.
+  World(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, Perception* perception = nullptr);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// The next step has the surface and tools of these images. An observation without new images changes
+  /// nothing: the surface goes on with its motion. @throws usage Error without a Perception.
+  void set_surface(Observation observation);
+  /// One frame. @param dt_s time since the last frame, to the capture of new images or to now; 0 for the
+  /// first
+  /// @throws Error when 'frame.substeps' is not stable.
+  StepReport step(double dt_s);
+  /// Where an obstacle with `held: true` is at the end of the next frame and from then on; it goes there
+  /// evenly. From a robot, a haptic arm, a mouse, a tracker. @throws usage Error for a name that no held
+  /// obstacle has, and for a pose that is not finite or not rigid.
+  void set_pose(const std::string& obstacle, const Rigidd& T_world_obstacle);
+  /// Where it is now. @throws usage Error for an obstacle that does not move.
+  Rigidd pose(const std::string& obstacle) const;
+  /// What may change while it runs: gravity, friction, stiffness, drag, bleeding.
+  SceneParameters& parameters();
+  /// From the next frame on, contacts() has those of this body. @throws usage Error for a body that isn't in
+  /// the scene, with those that are.
+  void report_contacts(const std::string& body);
+  /// Contacts of a body over the last frame; none unless they were asked for by report_contacts() before it.
+  const std::vector<BodyPointContact>& contacts(const std::string& body) const;
+  /// Reductions that reduce_quality() can make in this scene's frames, the one that is missed least first.
+  std::vector<QualityReduction> quality_reductions() const;
+  /// From the next new images on, frames make these reductions and no others. On a GPU, each choice
+  /// is recorded in its first frame.
+  void reduce_quality(std::span<const QualityReduction> quality_reductions);
+  /// Copies everything that is to be seen to the host. Synchronizes.
+  FrameSnapshot snapshot();
+  /// The viewer has the snapshot of the last frame: counts the latency of live images.
+  void note_shown();
+  /// What the scene's probes read, in its order. Synchronizes.
+  std::vector<ProbeReading> probes();
+  /// Nodes of a body. Synchronizes. @throws usage Error for a body that isn't in the scene, with those that
+  /// are.
+  BodyNodes nodes(const std::string& body);
+  /// Monitors of every body, in the scene's order. Synchronizes.
+  std::vector<BodyMonitors> monitors();
+  /// Per body and moved region: of the prescribed motion on the body, in the mean over the last frame.
+  /// Synchronizes.
+  std::vector<std::vector<MotionForce>> motion_forces();
+  /// Results of the blades' strokes so far.
+  const std::vector<CutScore>& cuts() const;
+  /// The same, with lines on the skin and how they keep to the scene's plans. Looks at all walls of all cuts.
+  std::vector<StrokeResult> stroke_results() const;
+  const Timings& timings() const;
+  /// nullptr: nothing is reconstructed.
+  Perception* perception() const;
+
+  /// All that the coming frames depend on. Synchronizes. @param last the frame that was stepped last, or
+  /// nullptr for none: the state has only those data of the real surface that can't be made from it
+  std::string save_state(const FrameSet* last = nullptr);
+  /// Takes a state over, in a world that has no cuts yet. It must be of the same scene, on the same devices,
+  /// and `last` the same frame.
+  /// @throws Error when it isn't; the world is of no use then.
+  void load_state(const std::string& state, const FrameSet* last = nullptr);
+
+  struct Impl;
+  /// For the library itself: its header is not installed.
+  Impl& impl() const { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Hash of the positions and velocities of all bodies' nodes and of the positions of the real surface and the
+/// liquid, in hexadecimal: the same on every set of devices. Synchronizes.
+std::string state_hash(const World& world);
+
+}  // namespace tactus
