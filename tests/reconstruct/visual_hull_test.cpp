@@ -1,6 +1,6 @@
-#include "tactus/geom/mesh/mesh_view.h"
 #include "tactus/reconstruct/visual_hull.h"
 #include "tactus/geom/image/mask_growth.h"
+#include "tactus/geom/mesh/mesh_view.h"
 
 #include <gtest/gtest.h>
 
