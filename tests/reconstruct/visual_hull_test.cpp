@@ -1,6 +1,4 @@
 #include "tactus/reconstruct/visual_hull.h"
-#include "tactus/geom/image/mask_growth.h"
-#include "tactus/geom/mesh/mesh_view.h"
 
 #include <gtest/gtest.h>
 
@@ -13,6 +11,8 @@
 #include "support/device_sets.h"
 #include "support/masks.h"
 #include "support/message_of.h"
+#include "tactus/geom/image/mask_growth.h"
+#include "tactus/geom/mesh/mesh_view.h"
 
 namespace tactus {
 namespace {
