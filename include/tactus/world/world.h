@@ -85,8 +85,7 @@ class World {
   /// nullptr for none: the state has only those data of the real surface that can't be made from it
   std::string save_state(const FrameSet* last = nullptr);
   /// Takes a state over, in a world that has no cuts yet. It must be of the same scene, on the same devices,
-  /// and `last` the same frame.
-  /// @throws Error when it isn't; the world is of no use then.
+  /// and `last` the same frame. @throws Error when it is of another scene; the world is of no use then.
   void load_state(const std::string& state, const FrameSet* last = nullptr);
 
   struct Impl;
