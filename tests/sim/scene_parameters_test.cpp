@@ -244,7 +244,24 @@ TEST(SceneParameters, AreListedWithUnitAndRange) {
     EXPECT_TRUE(p.least <= p.value && p.value <= p.most) << p.name;
   }
   EXPECT_EQ(scene_number("bodies[].material.drag_per_s").unit, "1/s");
-  EXPECT_EQ(world.parameters().list().size(), 7U) << "three of gravity, two of contact, two of the bar";
+  EXPECT_EQ(world.parameters().list().size(), 10U)
+      << "three of gravity, two of contact, two of the bar, three of the pictures' camera";
+}
+
+/// Snapshots have the new angles at once; nodes have the bits of a world that nobody looks at.
+TEST(SceneParameters, TheCameraOfPicturesTurnsAndPhysicsDoesNotKnow) {
+  DeviceSet devices("cpu");
+  World turned(devices, bar_scene("tled", 20000), {}), plain(devices, bar_scene("tled", 20000), {});
+  for (int k = 0; k < 3; ++k) {
+    turned.parameters().set("view.camera.azimuth_deg", 90 + 10 * k);
+    EXPECT_EQ(turned.snapshot().view.azimuth_deg, 90 + 10 * k);
+    turned.step(kFrame_s);
+    plain.step(kFrame_s);
+  }
+  EXPECT_EQ(state_hash(turned), state_hash(plain));
+  EXPECT_EQ(plain.snapshot().view.azimuth_deg, 30) << "the schema's default";
+  EXPECT_STREQ(effect_text(turned.parameters().list().back().effect), "next picture");
+  EXPECT_STREQ(effect_text(turned.parameters().list().front().effect), "next frame");
 }
 
 }  // namespace

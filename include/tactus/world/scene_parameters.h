@@ -1,5 +1,6 @@
 #pragma once
 /// What of a scene may change while it runs.
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -8,6 +9,14 @@
 namespace tactus {
 
 class StateArchive;
+
+/// When a new value is seen.
+enum class ParameterEffect : std::uint8_t {
+  next_frame,   ///< of the simulation
+  next_picture  ///< physics knows nothing of it
+};
+/// "next frame"
+const char* effect_text(ParameterEffect effect);
 
 /// A number of the scene, named as its place in the scene file: "gravity_m_s2.y",
 /// "bodies.liver.material.young_modulus_pa" (of the body of that name).
@@ -18,13 +27,14 @@ struct SceneParameter {
   double value = 0;
   double least = 0, most = 0;   ///< infinite where nothing limits it
   bool excludes_least = false;  ///< it must be more than `least`
+  ParameterEffect effect = ParameterEffect::next_frame;
 
   bool allows(double x) const;
   /// "> 0 and <= 1e+09 Pa"
   std::string range_text() const;
 };
 
-/// Parameters that take effect from the next frame on. The rest of a scene is built into its bodies and
+/// Parameters that may change between two frames. The rest of a scene is built into its bodies and
 /// liquid: another value takes another World.
 ///
 ///   world.parameters().set("bodies.liver.material.young_modulus_pa", 5000);
@@ -43,8 +53,9 @@ class SceneParameters {
   /// Narrows the range of the parameter that was added last.
   void narrow(double least, double most);
   /// @param name with the names of list entries @param key the schema's
-  void add(const std::string& name, const std::string& key, double value, Apply apply);
-  /// Called after each change.
+  void add(const std::string& name, const std::string& key, double value, Apply apply,
+           ParameterEffect effect = ParameterEffect::next_frame);
+  /// Called after each change that physics knows of.
   void when_changed(std::function<void()> changed) { changed_ = std::move(changed); }
   /// Values, those that the file has are set.
   void archive(StateArchive& a);

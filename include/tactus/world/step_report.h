@@ -84,6 +84,13 @@ struct BodyPointContact {
   TouchState state = TouchState::left;
 };
 
+/// From which side pictures are made: `view.camera` of the scene as it is now.
+struct ViewAngles {
+  double azimuth_deg = 0, elevation_deg = 0;  ///< unused where the scene gives the eye
+  double field_of_view_deg = 40;
+  friend bool operator==(const ViewAngles&, const ViewAngles&) = default;
+};
+
 /// Meshes for viewers and exporters: owns its data, never the world's.
 struct FrameSnapshot {
   TriangleMesh real;                    ///< the reconstructed surface, with normals
@@ -94,8 +101,9 @@ struct FrameSnapshot {
   std::vector<ToolAxis> tools;          ///< tracked ones that were found
   std::vector<Vec3f> liquid_m;          ///< its particles, by id
   std::vector<FilmThickness> films;     ///< on the bodies, in their order; none where there is no film
-  std::int64_t tick = 0;                ///< of the images
-  double captured_s = 0;                ///< when those came, on the clock of now_s()
+  ViewAngles view;
+  std::int64_t tick = 0;  ///< of the images
+  double captured_s = 0;  ///< when those came, on the clock of now_s()
 };
 
 }  // namespace tactus

@@ -92,8 +92,8 @@ void print_frame(const World& world) { std::fputs(world.impl().schedule().text()
 
 void print_parameters(World& world) {
   for (const SceneParameter& p : world.parameters().list())
-    std::printf("%-44s %12s  %-26s %s\n", p.name.c_str(), number_text(p.value).c_str(),
-                p.range_text().c_str(), p.meaning.c_str());
+    std::printf("%-44s %12s  %-26s %-12s  %s\n", p.name.c_str(), number_text(p.value).c_str(),
+                p.range_text().c_str(), effect_text(p.effect), p.meaning.c_str());
 }
 
 }  // namespace

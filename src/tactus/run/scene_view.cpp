@@ -111,7 +111,11 @@ constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 
 }  // namespace
 
 SceneView::SceneView(const Scene& scene, const Rig& rig, const BodyAssets& assets, const World& world)
-    : scene_(scene), camera_(view_camera(scene.view, what_there_is(rig, scene, world.impl().bodies()))) {
+    : scene_(scene),
+      box_m_(what_there_is(rig, scene, world.impl().bodies())),
+      angles_{scene.view.camera.azimuth_deg, scene.view.camera.elevation_deg,
+              scene.view.camera.field_of_view_deg},
+      camera_(view_camera(scene.view, box_m_)) {
   for (StillObstacle& o : still_obstacles(scene, assets))
     view_.meshes.push_back({.name = o.name, .mesh = std::move(o.mesh), .material = obstacle_material()});
   if (scene.view.show_frusta) {
@@ -161,7 +165,18 @@ std::optional<ViewFilm> SceneView::film_of(FilmThickness lies, TriangleMesh& sur
   return ViewFilm{std::move(lies.film_m), std::move(lies.stain_m), liquid.scattered, liquid.absorption_1_m};
 }
 
+void SceneView::turn_to(const ViewAngles& angles) {
+  if (angles == angles_) return;
+  angles_ = angles;
+  ViewDescription view = scene_.view;
+  view.camera.azimuth_deg = angles.azimuth_deg;
+  view.camera.elevation_deg = angles.elevation_deg;
+  view.camera.field_of_view_deg = angles.field_of_view_deg;
+  camera_ = view_camera(view, box_m_);
+}
+
 void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& photos) {
+  turn_to(snapshot.view);
   view_.meshes.resize(still_meshes_);
   view_.lines.resize(still_lines_);
   view_.labels.resize(still_labels_);

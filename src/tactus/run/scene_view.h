@@ -24,12 +24,15 @@ class SceneView {
   void show(FrameSnapshot snapshot, const std::vector<ColorImage>& photos);
   /// The newest snapshot, as the renderer draws it.
   const ViewScene& scene() const { return view_; }
-  /// As the scene's `view` says.
+  /// As the scene's `view` says, and its parameters of the newest snapshot.
   const ViewCamera& camera() const { return camera_; }
 
  private:
+  void turn_to(const ViewAngles& angles);
   std::optional<ViewFilm> film_of(FilmThickness lies, TriangleMesh& surface) const;
   const Scene scene_;
+  Box3f box_m_;        ///< of all that there is at rest
+  ViewAngles angles_;  ///< of camera_
   ViewCamera camera_;
   std::shared_ptr<ViewPhotos> photos_;  ///< none: the real surface is clay
   ViewScene view_;

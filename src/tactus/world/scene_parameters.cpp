@@ -1,10 +1,10 @@
 #include "tactus/world/scene_parameters.h"
-#include "tactus/frame/state_archive.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/frame/state_archive.h"
 #include "tactus/io/scene_numbers.h"
 
 namespace tactus {
@@ -22,10 +22,15 @@ bool SceneParameter::allows(double x) const { return std::isfinite(x) && number_
 
 std::string SceneParameter::range_text() const { return number_of(*this).range_text(); }
 
-void SceneParameters::add(const std::string& name, const std::string& key, double value, Apply apply) {
+const char* effect_text(ParameterEffect effect) {
+  return effect == ParameterEffect::next_picture ? "next picture" : "next frame";
+}
+
+void SceneParameters::add(const std::string& name, const std::string& key, double value, Apply apply,
+                          ParameterEffect effect) {
   const SceneNumber& number = scene_number(key);
   list_.push_back(
-      {name, number.unit, number.meaning, value, number.least, number.most, number.excludes_least});
+      {name, number.unit, number.meaning, value, number.least, number.most, number.excludes_least, effect});
   apply_.push_back(std::move(apply));
 }
 
@@ -67,7 +72,7 @@ void SceneParameters::change(std::size_t k, double value) {
   if (list_[k].value == value) return;
   apply_[k](value);
   list_[k].value = value;
-  if (changed_) changed_();
+  if (changed_ && list_[k].effect == ParameterEffect::next_frame) changed_();
 }
 
 void SceneParameters::archive(StateArchive& a) {

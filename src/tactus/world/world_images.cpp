@@ -43,6 +43,8 @@ FrameSnapshot World::Impl::snapshot() {
   FrameSnapshot snapshot;
   snapshot.tick = seen_.tick;
   snapshot.captured_s = seen_.captured_s;
+  const ViewCameraDescription& camera = scene_.view.camera;
+  snapshot.view = {camera.azimuth_deg, camera.elevation_deg, camera.field_of_view_deg};
   ExecContext& ctx = devices_.context(0);
   if (has_surface_) snapshot.real = perception_->download();
   for (const auto& body : bodies_) {

@@ -80,6 +80,7 @@ struct World::Impl {
   void add_stages();
   // world_parameters.cpp
   void add_parameters();
+  void add_view_parameters();
   void add_parameters_of(SoftBody& body, const BodyDescription& description);
   // world_images.cpp
   void add_surface_stages(StageDevices touching);

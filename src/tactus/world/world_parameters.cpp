@@ -27,10 +27,24 @@ void World::Impl::add_parameters() {
                     respond();
                   });
   for (std::size_t b = 0; b < bodies_.size(); ++b) add_parameters_of(*bodies_[b], scene_.bodies[b]);
+  add_view_parameters();
   parameters_.when_changed([this] {
     energy_watch_.turn_off();  // it knows one gravity and one stiffness
     schedule_.record_anew();
   });
+}
+
+void World::Impl::add_view_parameters() {
+  ViewCameraDescription& camera = scene_.view.camera;
+  const auto add = [this](const char* name, double& angle_deg) {
+    parameters_.add(
+        name, name, angle_deg, [&angle_deg](double deg) { angle_deg = deg; }, ParameterEffect::next_picture);
+  };
+  if (!camera.eye_m) {
+    add("view.camera.azimuth_deg", camera.azimuth_deg);
+    add("view.camera.elevation_deg", camera.elevation_deg);
+  }
+  add("view.camera.field_of_view_deg", camera.field_of_view_deg);
 }
 
 void World::Impl::add_parameters_of(SoftBody& body, const BodyDescription& description) {
