@@ -308,5 +308,31 @@ TEST(World, UnknownBodyOfAProbeIsNamed) {
   }
 }
 
+/// A state in memory takes a world back: the frames that follow have the same bits.
+TEST(World, AStateInMemoryIsGoneOnFrom) {
+  DeviceSet devices("cpu");
+  Scene scene = slab_scene();
+  scene.gravity_m_s2 = {0, -9.81, 0};
+  World world(devices, scene, {});
+  for (int k = 0; k < 3; ++k) world.step(1. / 30);
+  const std::string state = world.save_state();
+  const auto next = [&] {
+    world.step(1. / 30);
+    return world.nodes("slab").positions_m;
+  };
+  const std::vector<Vec3f> first = next(), second = next();
+  world.load_state(state);
+  EXPECT_EQ(next(), first);
+  EXPECT_EQ(next(), second);
+  EXPECT_NE(first, second) << "it moves";
+}
+
+TEST(World, NodesOfABodyThatIsNotThereAreRefused) {
+  DeviceSet devices("cpu");
+  World world(devices, slab_scene(), {});
+  EXPECT_EQ(test::message_of([&] { world.nodes("slap"); }, ErrorKind::usage),
+            "body 'slap' is not in the scene; did you mean 'slab'?");
+}
+
 }  // namespace
 }  // namespace tactus
