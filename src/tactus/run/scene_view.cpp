@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "tactus/geom/mesh/mesh_creases.h"
+#include "tactus/run/film_look.h"
 #include "tactus/sim/still_obstacles.h"
 #include "tactus/track/blade_tracker.h"
 #include "tactus/world/world_impl.h"
@@ -76,34 +77,6 @@ void add_tool_axis(ViewScene& view, const ToolAxis& tool) {
   view.labels.push_back({from_m.y > to_m.y ? from_m : to_m, tool.name + ": " + known, color});
 }
 
-/// Beside a cut, triangles are needles and slivers: heights there are smoothed over their area.
-void smooth_heights(const TriangleMesh& surface, std::vector<float>& height_m) {
-  std::vector<float> volume(height_m.size()), area(height_m.size());
-  for (const auto& t : surface.triangles) {
-    const auto at = [&](std::size_t k) { return static_cast<std::size_t>(t.at(k)); };
-    const Vec3f a = surface.positions_m[at(0)];
-    const float m2 = length(cross(surface.positions_m[at(1)] - a, surface.positions_m[at(2)] - a));
-    const float m3 = m2 * (1.F / 3) * (height_m[at(0)] + height_m[at(1)] + height_m[at(2)]);
-    for (std::size_t k = 0; k < 3; ++k) volume[at(k)] += m3, area[at(k)] += m2;
-  }
-  for (std::size_t v = 0; v < height_m.size(); ++v)
-    if (area[v] > 0) height_m[v] = volume[v] / area[v];
-}
-
-constexpr int kHeightPasses = 2;
-/// A film's edge follows triangles, in teeth. It is drawn where the share of wet surface round a vertex falls
-/// to kEdge: the height goes from that of the wet part to 0 there, and below 0 beyond.
-/// @param height_m smoothed @param film_m of vertices; changed
-void draw_in_edge(const TriangleMesh& surface, const std::vector<float>& height_m,
-                  std::vector<float>& film_m) {
-  constexpr float kEdge = 0.4F, kDry_m = -1e-4F;
-  std::vector<float> wet(film_m.size());
-  for (std::size_t v = 0; v < wet.size(); ++v) wet[v] = film_m[v] > 0 ? 1.F : 0.F;
-  for (int pass = 0; pass < kHeightPasses; ++pass) smooth_heights(surface, wet);
-  for (std::size_t v = 0; v < wet.size(); ++v)
-    film_m[v] = wet[v] > 0 ? height_m[v] / wet[v] * (wet[v] - kEdge) / (1 - kEdge) : kDry_m;
-}
-
 /// Twice as many reach over a cube of the lattice that carries a surface with half its spacing.
 constexpr int kNormalPasses = 6;
 constexpr Vec3f kElementColor{0.72F, 0.16F, 0.18F}, kMatchedColor{0.16F, 0.38F, 0.66F};
@@ -149,20 +122,30 @@ void SceneView::show_models(std::vector<std::vector<std::uint8_t>> element_trian
   element_triangles_ = std::move(element_triangles);
 }
 
-/// The film on a surface, which gets the normals of the film's.
-std::optional<ViewFilm> SceneView::film_of(FilmThickness lies, TriangleMesh& surface) const {
-  if (lies.film_m.empty()) return std::nullopt;
+/// A body's surface, and what lies on it.
+ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
+  Material material = soft_material();
+  material.color = vec_cast<float>(scene_.bodies[b].colour);
+  ViewMesh view{scene_.bodies[b].name, std::move(snapshot.bodies[b]), material};
+  TriangleMesh& surface = view.mesh;
+  std::vector<std::uint8_t> is_crease(surface.positions_m.size());
+  std::vector<Index> origins;
+  // Skin and walls of cuts share vertices.
+  if (scene_.bodies[b].cuttable) origins = split_creases(surface, snapshot.smooth[b]);
+  for (const Index v : origins) is_crease[static_cast<std::size_t>(v)] = 1;
+  is_crease.resize(surface.positions_m.size(), 1);
+  smooth_normals(surface, kNormalPasses);
+  if (b >= snapshot.films.size() || snapshot.films[b].film_m.empty()) return view;
   const ViewLiquid liquid = scene_.fluid->looks == LiquidLooks::water ? water() : ViewLiquid{};
-  // Only light sees the film's height: walls of a narrow cut would meet where it is filled.
-  std::vector<float> height_m = lies.film_m;
-  for (int pass = 0; pass < kHeightPasses; ++pass) smooth_heights(surface, height_m);
-  const std::vector<Vec3f> below_m = surface.positions_m;
-  for (std::size_t v = 0; v < height_m.size(); ++v)
-    surface.positions_m[v] += height_m[v] * surface.normals[v];
-  compute_normals(surface);
-  surface.positions_m = below_m;
-  draw_in_edge(surface, height_m, lies.film_m);
-  return ViewFilm{std::move(lies.film_m), std::move(lies.stain_m), liquid.scattered, liquid.absorption_1_m};
+  ViewFilm& film = view.film.emplace();
+  film.scattered = liquid.scattered;
+  film.absorption_1_m = liquid.absorption_1_m;
+  film.film_m = std::move(snapshot.films[b].film_m);
+  film.stain_m = std::move(snapshot.films[b].stain_m);
+  for (std::vector<float>* m : {&film.film_m, &film.stain_m})
+    for (const Index v : origins) m->push_back((*m)[static_cast<std::size_t>(v)]);
+  lay_film(surface, is_crease, film, [](const EdgeRefinement&) {});
+  return view;
 }
 
 void SceneView::turn_to(const ViewAngles& angles) {
@@ -195,19 +178,7 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
       }
       continue;
     }
-    material.color = vec_cast<float>(scene_.bodies[b].colour);
-    std::optional<ViewFilm> film;
-    if (b < snapshot.films.size()) film = film_of(std::move(snapshot.films[b]), snapshot.bodies[b]);
-    // Skin and walls of cuts share vertices.
-    if (scene_.bodies[b].cuttable)
-      for (const Index v : split_creases(snapshot.bodies[b], snapshot.smooth[b])) {
-        if (!film) continue;
-        film->film_m.push_back(film->film_m[static_cast<std::size_t>(v)]);
-        film->stain_m.push_back(film->stain_m[static_cast<std::size_t>(v)]);
-      }
-    smooth_normals(snapshot.bodies[b], kNormalPasses);
-    view_.meshes.push_back({scene_.bodies[b].name, std::move(snapshot.bodies[b]), material});
-    view_.meshes.back().film = std::move(film);
+    view_.meshes.push_back(body_mesh(snapshot, b));
   }
   for (TriangleMesh& obstacle : snapshot.obstacles)
     view_.meshes.push_back({"obstacle", std::move(obstacle), obstacle_material()});

@@ -29,7 +29,7 @@ class SceneView {
 
  private:
   void turn_to(const ViewAngles& angles);
-  std::optional<ViewFilm> film_of(FilmThickness lies, TriangleMesh& surface) const;
+  ViewMesh body_mesh(FrameSnapshot& snapshot, std::size_t b) const;
   const Scene scene_;
   Box3f box_m_;        ///< of all that there is at rest
   ViewAngles angles_;  ///< of camera_

@@ -9,6 +9,8 @@
 namespace tactus {
 namespace {
 
+constexpr float kFarInside_m = 1;  // of a film's edge
+
 void check_photos(const ViewMesh& view) {
   const ViewPhotos& photos = *view.photos;
   const std::string who = "mesh '" + view.name + "': ";
@@ -126,6 +128,9 @@ void check_mesh(const ViewMesh& view) {
     throw Error(who + std::to_string(view.film->film_m.size()) + " and " +
                 std::to_string(view.film->stain_m.size()) + " thicknesses of film and stain for " +
                 std::to_string(vertices) + " vertices");
+  if (view.film && !view.film->edge_m.empty() && view.film->edge_m.size() != vertices)
+    throw Error(who + std::to_string(view.film->edge_m.size()) + " distances to the film's edge for " +
+                std::to_string(vertices) + " vertices");
   std::uint32_t largest = 0;  // a negative index is huge as unsigned
   for (const auto& t : view.mesh.triangles) {
     for (const Index v : t) largest = std::max(largest, static_cast<std::uint32_t>(v));
@@ -145,7 +150,7 @@ GlMesh::GlMesh() {
   }
   glVertexArrayAttribFormat(name, 2, 3, GL_UNSIGNED_BYTE, GL_TRUE, 0);
   glVertexArrayAttribBinding(name, 2, 2);
-  glVertexArrayAttribFormat(name, 3, 2, GL_FLOAT, GL_FALSE, 0);
+  glVertexArrayAttribFormat(name, 3, 3, GL_FLOAT, GL_FALSE, 0);
   glVertexArrayAttribBinding(name, 3, 3);
   glEnableVertexArrayAttrib(name, 0);
 }
@@ -165,11 +170,12 @@ void GlMesh::upload(const ViewMesh& view) {
   film_m.clear();
   if (view.film)
     for (std::size_t v = 0; v < view.film->film_m.size(); ++v)
-      film_m.push_back({view.film->film_m[v], view.film->stain_m[v]});
+      film_m.push_back({view.film->film_m[v], view.film->stain_m[v],
+                        view.film->edge_m.empty() ? kFarInside_m : view.film->edge_m[v]});
   if (films.upload(film_m.data(), film_m.size() * sizeof film_m[0]))
     glVertexArrayVertexBuffer(array.get(), 3, films.get(), 0, sizeof film_m[0]);
   (film_m.empty() ? glDisableVertexArrayAttrib : glEnableVertexArrayAttrib)(array.get(), 3);
-  if (film_m.empty()) glVertexAttrib2f(3, 0, 0);
+  if (film_m.empty()) glVertexAttrib3f(3, 0, 0, 0);
   const bool new_positions =
       device ? positions.upload_from(*device->ctx, device->positions_m)
              : positions.upload(mesh.positions_m.data(), mesh.positions_m.size() * sizeof(Vec3f));

@@ -1,6 +1,5 @@
 #pragma once
 /// Surfaces on the GPU. Internal to view/; a context is current wherever these are used.
-#include <array>
 #include <vector>
 
 #include "tactus/compute/gl_sharing.h"
@@ -48,7 +47,7 @@ struct GlMesh {
   GlVertexArray array;
   GLsizei index_count = 0;
   Mat3f turn = Mat3f::identity();
-  std::vector<std::array<float, 2>> film_m;  ///< thickness of film and stain; kept for its capacity
+  std::vector<Vec3f> film_m;  ///< film, stain, distance to the edge; kept for its capacity
 
   GlMesh();
   void upload(const ViewMesh& view);

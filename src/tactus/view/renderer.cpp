@@ -195,7 +195,7 @@ struct Renderer::Impl {
     set(gl->surface, "dry_roughness", clamp(m.roughness, 0.05F, 1.F));
     set(gl->surface, "dry_specular", clamp(m.specular, 0.F, 1.F));
     const ViewFilm film =
-        view.film ? ViewFilm{{}, {}, view.film->scattered, view.film->absorption_1_m} : ViewFilm{};
+        view.film ? ViewFilm{{}, {}, {}, view.film->scattered, view.film->absorption_1_m} : ViewFilm{};
     set(gl->surface, "film_scattered", film.scattered);
     set(gl->surface, "film_absorption_1_m", film.absorption_1_m);
     set(gl->surface, "softness", clamp(m.softness, 0.F, 1.F));

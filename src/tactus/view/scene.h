@@ -61,6 +61,7 @@ struct DeviceSurface {
 /// Liquid that lies on a surface, and what dried of it there. Light goes through it to the surface and back.
 struct ViewFilm {
   std::vector<float> film_m{}, stain_m{};       ///< at each vertex; film < 0: past its edge
+  std::vector<float> edge_m{};                  ///< how far its edge is, < 0 past it; none: nowhere near
   Vec3f scattered{0.15F, 0.004F, 0.006F};       ///< as ViewLiquid's
   Vec3f absorption_1_m{160.F, 1500.F, 1400.F};  ///< likewise
 };

@@ -83,19 +83,19 @@ inline constexpr const char* kSurfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 photographed;
-layout(location = 3) in vec2 film_and_stain;
+layout(location = 3) in vec3 film_stain_edge;
 uniform mat4 view_proj;
 uniform mat3 turn;
 out vec3 p;
 out vec3 n;
 out vec3 photo_color;
-out vec2 film_m;
+out vec3 film_m;
 invariant gl_Position;
 void main() {
   p = turn * position;
   n = turn * normal;
   photo_color = photographed;
-  film_m = film_and_stain;
+  film_m = film_stain_edge;
   gl_Position = view_proj * vec4(p, 1);
 }
 )";
@@ -104,7 +104,7 @@ inline constexpr const char* kSurfaceFragment = R"(
 in vec3 p;
 in vec3 n;
 in vec3 photo_color;
-in vec2 film_m;  // of film, of stain
+in vec3 film_m;  // of film, of stain, to the film's edge
 uniform bool is_photographed;
 uniform vec3 dry_albedo;
 uniform float dry_roughness;
@@ -118,15 +118,21 @@ layout(location = 0) out vec4 color;
 
 vec3 albedo;
 float roughness, specular;
+float tilt;  // of a film's surface towards its edge
 
 // Light goes through a film to the surface and back (Beer-Lambert), and deep film scatters it. What dried is
 // denser, and lets less red through.
 void wet() {
   vec3 stained = exp(-2.0 * (3.0 * film_absorption_1_m + vec3(900.0)) * film_m.y);
-  float thick_m = max(film_m.x, 0.0);
+  // The edge is a bead: steep where it meets what is dry, as the contact angle asks for, and level within.
+  float full_m = max(film_m.x, 0.0), bead_m = max(3.0 * full_m, 4e-4);
+  float px_m = fwidth(film_m.z), in_bead = clamp(film_m.z / max(bead_m, px_m) + 0.25, 0.0, 1.0);
+  float level = in_bead * (2.0 - in_bead);
+  float thick_m = full_m * level;
   vec3 through = exp(-2.0 * film_absorption_1_m * thick_m);
   albedo = dry_albedo * stained * through + film_scattered * (1.0 - through);
   float is_wet = smoothstep(1e-5, 6e-5, thick_m);
+  tilt = is_wet * full_m / bead_m * 2.0 * (1.0 - in_bead);
   roughness = mix(dry_roughness, 0.12, is_wet);
   specular = mix(dry_specular, 0.02, is_wet);
 }
@@ -158,6 +164,10 @@ void main() {
   vec3 V = normalize(eye - p);
   vec3 N = flat_shaded ? normalize(cross(dFdx(p), dFdy(p))) : normalize(n);
   if (flat_shaded ? dot(N, V) < 0.0 : !gl_FrontFacing) N = -N;
+  // The way to the film's edge on the surface (Mikkelsen 2010).
+  vec3 px = dFdx(p), py = dFdy(p), rx = cross(py, N), ry = cross(N, px);
+  vec3 uphill = rx * dFdx(film_m.z) + ry * dFdy(film_m.z);
+  N = normalize(N - tilt * sign(dot(px, rx)) * uphill / max(length(uphill), 1e-12));
   float lit = sun_visibility(p, N);
   float open = sky_visibility(p);
   vec3 side = normalize(vec3(V.x - 0.9 * sun.x, 0.35, V.z - 0.9 * sun.z) + 0.05 * V);

@@ -1,0 +1,117 @@
+#include "tactus/run/film_look.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tactus/geom/mesh/surface_samples.h"
+
+namespace tactus {
+namespace {
+
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+constexpr float kReach = 2.5F;   // of averages, in edges of the surface: teeth of triangles don't show
+constexpr float kEdge = 0.35F;   // share of wet surface at the film's edge
+constexpr float kWet_m = 3e-5F;  // film that wets; half as much is half wet
+constexpr float kFinest = 0.1F;  // edges beside the film's edge, over the reach
+constexpr int kMostRounds = 4;
+
+float wetness(float film_m) { return clamp(film_m / kWet_m, 0.F, 1.F); }
+
+/// Bounds of what is wet or stained; empty (min > max) where all is dry.
+Box3f wet_box(const TriangleMesh& surface, const ViewFilm& film) {
+  Box3f box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
+  for (std::size_t v = 0; v < film.film_m.size(); ++v)
+    if (film.film_m[v] > 0 || film.stain_m[v] > 0)
+      box = {min(box.min, surface.positions_m[v]), max(box.max, surface.positions_m[v])};
+  return box;
+}
+
+bool holds(const Box3f& box, Vec3f p) {
+  const Vec3f out = max(box.min - p, p - box.max);
+  return max(out.x, max(out.y, out.z)) <= 0;
+}
+
+float mean_edge_m(const TriangleMesh& surface, const Box3f& box) {
+  double sum = 0;
+  int count = 0;
+  for (const auto& t : surface.triangles) {
+    if (!holds(box, surface.positions_m[at(t[0])])) continue;
+    for (std::size_t k = 0; k < 3; ++k, ++count)
+      sum += double{length(surface.positions_m[at(t[k])] - surface.positions_m[at(t[(k + 1) % 3])])};
+  }
+  return count > 0 ? static_cast<float>(sum / count) : 0;
+}
+
+/// Averages of what lies at vertices.
+class FilmField {
+ public:
+  FilmField(const TriangleMesh& surface, const ViewFilm& film, float reach_m, const Box3f& box)
+      : film_m_(film.film_m), stain_m_(film.stain_m), samples_(surface, reach_m, box) {}
+
+  struct Value {
+    float film_m = 0, stain_m = 0, edge_m = 0;
+  };
+  Value at_point(Vec3f p_m, Vec3f normal) const {
+    float all = 0, wet = 0, film = 0, stain = 0;
+    Vec3f slope_all{}, slope_wet{};
+    samples_.around(p_m, normal, [&](const SurfaceSamples::Sample& s, float weight, Vec3f slope) {
+      float wet_here = 0, film_here = 0, stain_here = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float share = k == 0 ? s.shares.x : k == 1 ? s.shares.y : s.shares.z;
+        wet_here += share * wetness(film_m_[at(s.corners.at(k))]);
+        film_here += share * film_m_[at(s.corners.at(k))];
+        stain_here += share * stain_m_[at(s.corners.at(k))];
+      }
+      all += weight, wet += weight * wet_here, film += weight * film_here, stain += weight * stain_here;
+      slope_all += slope, slope_wet += wet_here * slope;
+    });
+    const float reach_m = samples_.reach_m();
+    if (!(all > 0)) return {0, 0, -reach_m};
+    const float share = wet / all;
+    Vec3f slope = (1 / all) * (slope_wet - share * slope_all);
+    slope = slope - dot(slope, normal) * normal;
+    // Far from the edge there is no slope; near it, an edge seldom is blunter than 1 over the reach.
+    const float steep = max(length(slope), 0.3F / reach_m);
+    return {wet > 0 ? film / wet : 0, stain / all, clamp((share - kEdge) / steep, -reach_m, reach_m)};
+  }
+
+ private:
+  const std::vector<float> film_m_, stain_m_;
+  SurfaceSamples samples_;
+};
+
+}  // namespace
+
+void lay_film(TriangleMesh& surface, std::vector<std::uint8_t>& is_crease, ViewFilm& film,
+              const std::function<void(const EdgeRefinement&)>& refined) {
+  Box3f box = wet_box(surface, film);
+  film.edge_m.assign(film.film_m.size(), -1);
+  if (box.min.x > box.max.x) return;
+  const float reach_m = kReach * mean_edge_m(surface, box);
+  if (!(reach_m > 0)) return;
+  const Vec3f margin{reach_m, reach_m, reach_m};
+  box = {box.min - margin, box.max + margin};
+  const FilmField field(surface, film, reach_m, box);
+  const auto lay = [&](std::size_t v) {
+    FilmField::Value value{0, 0, -reach_m};
+    if (holds(box, surface.positions_m[v]))
+      value = field.at_point(surface.positions_m[v], surface.normals[v]);
+    film.film_m[v] = value.film_m, film.stain_m[v] = value.stain_m, film.edge_m[v] = value.edge_m;
+  };
+  for (std::size_t v = 0; v < film.film_m.size(); ++v) lay(v);
+  for (int round = 0; round < kMostRounds; ++round) {
+    const EdgeRefinement made = refine_edges(surface, is_crease, [&](Index a, Index b) {
+      const float long_m = length(surface.positions_m[at(a)] - surface.positions_m[at(b)]);
+      const float near_m = min(std::abs(film.edge_m[at(a)]), std::abs(film.edge_m[at(b)]));
+      return long_m > 2 * kFinest * reach_m && near_m < long_m && near_m < 0.9F * reach_m;
+    });
+    if (made.ends.empty()) break;
+    const std::size_t first = film.film_m.size();
+    for (std::vector<float>* m : {&film.film_m, &film.stain_m, &film.edge_m}) m->resize(surface.positions_m.size());
+    for (std::size_t v = first; v < film.film_m.size(); ++v) lay(v);
+    refined(made);
+  }
+}
+
+}  // namespace tactus
