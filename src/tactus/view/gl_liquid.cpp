@@ -1,5 +1,10 @@
 #include "tactus/view/gl_liquid.h"
 
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <utility>
+
 #include "tactus/view/gl_uniforms.h"
 #include "tactus/view/liquid_shaders.h"
 #include "tactus/view/shaders.h"
@@ -7,9 +12,7 @@
 namespace tactus {
 namespace {
 
-/// A ball's radius, in spacings: wide enough that balls a spacing apart leave no hole between four of them.
-constexpr float kRadius = 0.8F;
-/// How far their smoothed front is in front of the liquid, whose surface is half a spacing from the outermost
+/// How far the smoothed front of a crowd's balls is in front of the liquid, whose surface is half a spacing from the outermost
 /// particles. The mean height of balls on a square lattice is 0.683, so it is 0.183 for a plane. From a ball
 /// of ten spacings the filter takes 2 x 0.8^2 / 20 = 0.064: half of that is allowed for.
 constexpr float kLift = 0.15F;
@@ -25,25 +28,36 @@ GlTexture make_texture(GLenum format, GLsizei width_px, GLsizei height_px) {
   return GlTexture(name);
 }
 
-GlFramebuffer make_target(const GlTexture& color, const GlTexture& depth) {
+GlFramebuffer make_target(std::initializer_list<const GlTexture*> colors, const GlTexture* depth = nullptr) {
   GLuint name = 0;
   glCreateFramebuffers(1, &name);
-  glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, color.get(), 0);
-  glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth.get(), 0);
+  std::vector<GLenum> drawn;
+  for (const GlTexture* color : colors) {
+    drawn.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(drawn.size()));
+    glNamedFramebufferTexture(name, drawn.back(), color->get(), 0);
+  }
+  if (depth != nullptr) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth->get(), 0);
+  glNamedFramebufferDrawBuffers(name, static_cast<GLsizei>(drawn.size()), drawn.data());
   return GlFramebuffer(name);
 }
 
-GlVertexArray make_array(bool instances) {
-  GLuint name = 0;
+/// One instance each: attributes of `sizes` floats, one behind the other.
+GlVertexArray make_array(std::initializer_list<GLint> sizes) {
+  GLuint name = 0, attribute = 0, offset = 0;
   glCreateVertexArrays(1, &name);
-  if (instances) {
-    glVertexArrayAttribFormat(name, 0, 3, GL_FLOAT, GL_FALSE, 0);
-    glVertexArrayAttribBinding(name, 0, 0);
-    glEnableVertexArrayAttrib(name, 0);
-    glVertexArrayBindingDivisor(name, 0, 1);
+  for (const GLint size : sizes) {
+    glVertexArrayAttribFormat(name, attribute, size, GL_FLOAT, GL_FALSE, offset);
+    glVertexArrayAttribBinding(name, attribute, 0);
+    glEnableVertexArrayAttrib(name, attribute++);
+    offset += static_cast<GLuint>(size) * sizeof(float);
   }
+  glVertexArrayBindingDivisor(name, 0, 1);
   return GlVertexArray(name);
 }
+
+constexpr GLsizei kTilePx = 32;
+/// Rays bend, so what is behind a place is looked up so many pixels beside it.
+constexpr GLsizei kShiftPx = 96;
 
 }  // namespace
 
@@ -51,66 +65,128 @@ GlLiquid::GlLiquid(GLsizei width_px, GLsizei height_px)
     : width_px_(width_px),
       height_px_(height_px),
       ball_("liquid, balls", {shaders::kBallVertex}, {shaders::kBallFragment}),
-      smooth_("liquid, smoothing", {shaders::kBackgroundVertex}, {shaders::kLiquidSmoothFragment}),
-      surface_("liquid", {shaders::kBackgroundVertex}, {shaders::kLight, shaders::kLiquidFragment}),
+      smooth_("liquid, smoothing", {shaders::kTileVertex}, {shaders::kLiquidSmoothFragment}),
+      surface_("liquid", {shaders::kTileVertex}, {shaders::kLight, shaders::kLiquidFragment}),
       front_{make_texture(GL_R32F, width_px, height_px), make_texture(GL_R32F, width_px, height_px)},
       thickness_(make_texture(GL_R32F, width_px, height_px)),
       behind_(make_texture(GL_RGBA8, width_px, height_px)),
       depth_(make_texture(GL_DEPTH_COMPONENT32F, width_px, height_px)),
-      front_target_{make_target(front_[0], depth_), make_target(front_[1], depth_)},
-      thickness_target_(make_target(thickness_, depth_)),
-      copy_(make_target(behind_, depth_)),
-      balls_(make_array(true)),
-      no_attributes_(make_array(false)) {}
+      ball_target_(make_target({&front_[0], &thickness_})),
+      front_target_{make_target({&front_[0]}), make_target({&front_[1]})},
+      thickness_target_(make_target({&thickness_})),
+      copy_(make_target({&behind_}, &depth_)),
+      ball_array_(make_array({4, 4})),
+      tile_array_(make_array({2})) {
+  static_assert(sizeof(LiquidBall) == 8 * sizeof(float));
+}
 
-void GlLiquid::draw_maps(const ViewLiquid& liquid, const LiquidProjection& view, GLuint drawn) {
-  if (positions_.upload(liquid.positions_m.data(), liquid.positions_m.size() * sizeof(Vec3f)))
-    glVertexArrayVertexBuffer(balls_.get(), 0, positions_.get(), 0, sizeof(Vec3f));
-  count_ = static_cast<GLsizei>(liquid.positions_m.size());
-  glBlitNamedFramebuffer(drawn, copy_.get(), 0, 0, width_px_, height_px_, 0, 0, width_px_, height_px_,
-                         GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+/// Squares that the smoothed thickness of a ball may reach.
+void GlLiquid::find_tiles(const LiquidProjection& view) {
+  constexpr float kBlurPx = 6;
+  const GLsizei across = (width_px_ + kTilePx - 1) / kTilePx, down = (height_px_ + kTilePx - 1) / kTilePx;
+  is_tile_.assign(static_cast<std::size_t>(across) * static_cast<std::size_t>(down), 0);
+  const auto tile_of = [](float px, GLsizei count) {
+    return static_cast<GLsizei>(clamp(px / kTilePx, -1.F, static_cast<float>(count)));
+  };
+  for (const LiquidBall& ball : balls_) {
+    Vec3f p{};
+    for (int i = 0; i < 3; ++i)
+      p[i] = view.eye_world(i, 0) * ball.center_m.x + view.eye_world(i, 1) * ball.center_m.y +
+             view.eye_world(i, 2) * ball.center_m.z + view.eye_world(i, 3);
+    const float wide_m = ball.radius_m * max(ball.stretch, 1 / std::sqrt(ball.stretch));
+    const float z = -p.z - wide_m;
+    if (!(z > view.near_m)) continue;
+    const auto span = [&](float off_m, float tangent, GLsizei size_px, GLsizei count) {
+      const float half_px = 0.5F * static_cast<float>(size_px), px_m = half_px / tangent;
+      const float low = (off_m - wide_m) * px_m, high = (off_m + wide_m) * px_m;
+      const float from = half_px + low / (low < 0 ? z : z + 2 * wide_m) - kBlurPx;
+      const float to = half_px + high / (high > 0 ? z : z + 2 * wide_m) + kBlurPx;
+      return std::array{std::max(tile_of(from, count), 0), std::min(tile_of(to, count), count - 1)};
+    };
+    const auto [x0, x1] = span(p.x, view.tangent_x, width_px_, across);
+    const auto [y0, y1] = span(p.y, view.tangent_y, height_px_, down);
+    for (GLsizei y = y0; y <= y1; ++y)
+      for (GLsizei x = x0; x <= x1; ++x) is_tile_[static_cast<std::size_t>(y * across + x)] = 1;
+  }
+  tiles_.clear();
+  for (GLsizei k = 0; k < across * down; ++k)
+    if (is_tile_[static_cast<std::size_t>(k)] != 0)
+      tiles_.push_back({static_cast<float>(k % across), static_cast<float>(k / across)});
+}
+
+void GlLiquid::draw_maps(const ViewLiquid& liquid, std::vector<LiquidBall> balls, const LiquidProjection& view,
+                         GLuint drawn) {
+  balls_ = std::move(balls);
+  find_tiles(view);
+  if (tiles_.empty()) return;
+  if (ball_buffer_.upload(balls_.data(), balls_.size() * sizeof(LiquidBall)))
+    glVertexArrayVertexBuffer(ball_array_.get(), 0, ball_buffer_.get(), 0, sizeof(LiquidBall));
+  if (tile_buffer_.upload(tiles_.data(), tiles_.size() * sizeof tiles_[0]))
+    glVertexArrayVertexBuffer(tile_array_.get(), 0, tile_buffer_.get(), 0, sizeof tiles_[0]);
+  std::array<GLsizei, 4> part{width_px_, height_px_, 0, 0};
+  for (const auto& tile : tiles_) {
+    const auto x = static_cast<GLsizei>(tile[0]) * kTilePx, y = static_cast<GLsizei>(tile[1]) * kTilePx;
+    part = {std::min(part[0], x), std::min(part[1], y), std::max(part[2], x + kTilePx),
+            std::max(part[3], y + kTilePx)};
+  }
+  part = {std::max(part[0] - kShiftPx, 0), std::max(part[1] - kShiftPx, 0),
+          std::min(part[2] + kShiftPx, width_px_), std::min(part[3] + kShiftPx, height_px_)};
+  glBlitNamedFramebuffer(drawn, copy_.get(), part[0], part[1], part[2], part[3], part[0], part[1], part[2],
+                         part[3], GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
   glViewport(0, 0, width_px_, height_px_);
+  glScissor(part[0], part[1], part[2] - part[0], part[3] - part[1]);
+  glEnable(GL_SCISSOR_TEST);
   glDepthMask(GL_FALSE);
-  glEnable(GL_BLEND);
-  draw_balls(liquid, view, false);
-  draw_balls(liquid, view, true);
-  glDisable(GL_BLEND);
   glDisable(GL_DEPTH_TEST);
+  draw_balls(liquid, view);
   smooth(liquid, view);
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE);
+  glDisable(GL_SCISSOR_TEST);
 }
 
-void GlLiquid::draw_balls(const ViewLiquid& liquid, const LiquidProjection& view, bool adds) {
-  const float radius_m = kRadius * liquid.spacing_m;
-  glBindFramebuffer(GL_FRAMEBUFFER, adds ? thickness_target_.get() : front_target_[0].get());
+void GlLiquid::draw_balls(const ViewLiquid& liquid, const LiquidProjection& view) {
   const GLfloat nothing[] = {0, 0, 0, 0};
+  glBindFramebuffer(GL_FRAMEBUFFER, front_target_[1].get());
   glClearBufferfv(GL_COLOR, 0, nothing);
+  glBindFramebuffer(GL_FRAMEBUFFER, ball_target_.get());
+  glClearBufferfv(GL_COLOR, 0, nothing);
+  glClearBufferfv(GL_COLOR, 1, nothing);
   glUseProgram(ball_.get());
   set(ball_, "eye_world", view.eye_world);
   set(ball_, "clip_eye", view.clip_eye);
-  set(ball_, "radius_m", radius_m);
+  set(ball_, "spacing_m", liquid.spacing_m);
   set(ball_, "near_m", view.near_m);
-  set(ball_, "adds", adds);
-  set(ball_, "share", 3 / (4 * kPi * kRadius * kRadius * kRadius));
+  set(ball_, "of_depth", view.clip_eye(2, 3), view.clip_eye(2, 2));
+  glBindTextureUnit(2, depth_.get());
+  glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
-  glBlendEquation(adds ? GL_FUNC_ADD : GL_MAX);
-  glBindVertexArray(balls_.get());
-  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, count_);
+  glBlendEquationi(0, GL_MAX);
+  glBlendEquationi(1, GL_FUNC_ADD);
+  glBindVertexArray(ball_array_.get());
+  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(balls_.size()));
   glBlendEquation(GL_FUNC_ADD);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  glDisable(GL_BLEND);
+}
+
+/// The squares, with a program that has kTileVertex.
+void GlLiquid::draw_tiles(const GlProgram& program) const {
+  glUseProgram(program.get());
+  set(program, "of_tile", static_cast<float>(kTilePx) / static_cast<float>(width_px_),
+      static_cast<float>(kTilePx) / static_cast<float>(height_px_));
+  glBindVertexArray(tile_array_.get());
+  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(tiles_.size()));
 }
 
 void GlLiquid::smooth(const ViewLiquid& liquid, const LiquidProjection& view) {
-  glUseProgram(smooth_.get());
   set(smooth_, "spacing_m", liquid.spacing_m);
   set(smooth_, "px_at_1m", 0.5F * static_cast<float>(height_px_) / view.tangent_y);
-  glBindVertexArray(no_attributes_.get());
   const auto pass = [&](const GlTexture& from, const GlFramebuffer& to, bool along_y) {
     glBindFramebuffer(GL_FRAMEBUFFER, to.get());
     glBindTextureUnit(2, from.get());
     set(smooth_, "step_px", along_y ? 0 : 1, along_y ? 1 : 0);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    draw_tiles(smooth_);
   };
   set(smooth_, "blurs", false);
   pass(front_[0], front_target_[1], false);
@@ -121,6 +197,7 @@ void GlLiquid::smooth(const ViewLiquid& liquid, const LiquidProjection& view) {
 }
 
 void GlLiquid::draw(const ViewLiquid& liquid, const LiquidProjection& view) {
+  if (tiles_.empty()) return;
   set(surface_, "world_eye", view.world_eye);
   set(surface_, "clip_eye", view.clip_eye);
   set(surface_, "eye_of_px", view.tangent_x, view.tangent_y);
@@ -131,9 +208,7 @@ void GlLiquid::draw(const ViewLiquid& liquid, const LiquidProjection& view) {
   glBindTextureUnit(2, front_[0].get());
   glBindTextureUnit(3, thickness_.get());
   glBindTextureUnit(4, behind_.get());
-  glUseProgram(surface_.get());
-  glBindVertexArray(no_attributes_.get());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  draw_tiles(surface_);
 }
 
 }  // namespace tactus

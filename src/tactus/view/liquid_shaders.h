@@ -5,20 +5,27 @@
 
 namespace tactus::shaders {
 
-/// A quad that covers the image of a ball, one instance a particle.
+/// A quad that covers the image of a ball that is stretched along an axis, one instance a particle.
 inline constexpr const char* kBallVertex = R"(
-layout(location = 0) in vec3 center;
+layout(location = 0) in vec4 center_radius;
+layout(location = 1) in vec4 axis_stretch;
 uniform mat4 eye_world;  // world to eye
 uniform mat4 clip_eye;
-uniform float radius_m;
+uniform float spacing_m;
 uniform float near_m;
 out vec3 on_quad;
 flat out vec3 middle;
+flat out vec4 axis_more;  // 1 / length along it - 1 / length across it
+flat out vec2 across_share;  // 1 / length across the axis; the particle's share of the volume
 void main() {
-  middle = (eye_world * vec4(center, 1)).xyz;
-  float far = length(middle);
+  middle = (eye_world * vec4(center_radius.xyz, 1)).xyz;
+  float r = center_radius.w, along_m = r * axis_stretch.w, across_m = r * inversesqrt(axis_stretch.w);
+  float radius_m = max(along_m, across_m), far = length(middle);
   // What holds the eye, lies behind it, or is nowhere is not drawn.
   if (!(far > 1.01 * radius_m) || !(-middle.z > near_m + radius_m)) { gl_Position = vec4(0, 0, 2, 1); return; }
+  axis_more = vec4(mat3(eye_world) * axis_stretch.xyz, 1.0 / along_m - 1.0 / across_m);
+  float of_spacing = spacing_m / r;
+  across_share = vec2(1.0 / across_m, 0.238732 * of_spacing * of_spacing * of_spacing);
   vec3 back = -middle / far;
   vec3 right = normalize(cross(vec3(0, 1, 0), back) + vec3(1e-9, 0, 0)), up = cross(back, right);
   vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
@@ -28,22 +35,40 @@ void main() {
 }
 )";
 
-/// Red: 1 / z of the ball's front; or, with `adds`, the length of the ray in it.
+/// 1 / z of the ball's front, and the length of the ray in it, as far as nothing solid is before it.
 inline constexpr const char* kBallFragment = R"(
 in vec3 on_quad;
 flat in vec3 middle;
-uniform float radius_m;
-uniform bool adds;
-uniform float share;  // of a ball's volume that is the particle's
-layout(location = 0) out float value;
+flat in vec4 axis_more;
+flat in vec2 across_share;
+uniform vec2 of_depth;  // z of the eye's space is x / (depth of the clip space + y)
+layout(binding = 2) uniform sampler2D solid;
+layout(location = 0) out float front;
+layout(location = 1) out float chord;
+vec3 unit(vec3 v) { return across_share.x * v + axis_more.w * dot(axis_more.xyz, v) * axis_more.xyz; }
 void main() {
   vec3 ray = normalize(on_quad);
-  float along = dot(ray, middle);
-  vec3 off = middle - along * ray;
-  float half2 = radius_m * radius_m - dot(off, off);
+  vec3 way = unit(ray), center = unit(middle);
+  float per_way = 1.0 / dot(way, way), along = dot(way, center) * per_way;
+  vec3 off = center - along * way;
+  float half2 = (1.0 - dot(off, off)) * per_way;
   if (half2 <= 0.0) discard;
   float half_chord = sqrt(half2);
-  value = adds ? share * 2.0 * half_chord : -1.0 / (ray.z * (along - half_chord));
+  float depth = 2.0 * texelFetch(solid, ivec2(gl_FragCoord.xy), 0).r - 1.0;
+  float behind = min(along + half_chord, of_depth.x / (depth + of_depth.y) / -ray.z);
+  chord = across_share.y * (behind - along + half_chord);
+  if (chord <= 0.0) discard;
+  front = -1.0 / (ray.z * (along - half_chord));
+}
+)";
+
+/// A square of the picture that has liquid, one instance a square.
+inline constexpr const char* kTileVertex = R"(
+layout(location = 0) in vec2 tile;
+uniform vec2 of_tile;  // its side, over the picture's sides
+void main() {
+  vec2 corner = tile + vec2(gl_VertexID & 1, gl_VertexID >> 1);
+  gl_Position = vec4(2.0 * of_tile * corner - 1.0, 1, 1);
 }
 )";
 
@@ -95,7 +120,7 @@ uniform mat4 world_eye;
 uniform mat4 clip_eye;
 uniform vec2 eye_of_px;  // tangents of half the picture's angles
 uniform float spacing_m;
-uniform float lift_m;  // that the balls stick out of the liquid
+uniform float lift_m;  // that balls of a crowd stick out of the liquid
 uniform vec3 scattered;
 uniform vec3 absorption_1_m;
 layout(binding = 2) uniform sampler2D front;
@@ -134,15 +159,15 @@ void main() {
   vec3 p = eye_at(at, w);
   vec3 n = normalize(cross(slope(at, ivec2(1, 0), w, p), slope(at, ivec2(0, 1), w, p)));
   vec3 ray = ray_at(at);
+  float deep_m = texelFetch(thickness, at, 0).r, layers = deep_m / spacing_m;
+  // What is thin is balls of the particles' volume, or caps.
   float facing_m = max(-dot(n, normalize(ray)), 0.3);
-  float z = 1.0 / w + lift_m / facing_m / length(ray);
+  float z = 1.0 / w + smoothstep(0.8, 2.0, layers) * lift_m / facing_m / length(ray);
   p = ray * z;
   vec4 clip = clip_eye * vec4(p, 1);
   gl_FragDepth = 0.5 + 0.5 * clip.z / clip.w;
-
-  float deep_m = texelFetch(thickness, at, 0).r;
-  if (deep_m < 0.3 * spacing_m) discard;  // balls stick out there
-  float there = smoothstep(0.3, 0.9, deep_m / spacing_m);
+  float there = smoothstep(0.08, 0.4, layers);
+  if (there <= 0.0) discard;
   vec3 P = (world_eye * vec4(p, 1)).xyz, N = mat3(world_eye) * n, V = normalize(eye - P);
   // Rays bend towards the normal as they enter (1.34): what is behind appears shifted.
   vec2 shift = -0.25 * n.xy * min(deep_m, 10.0 * spacing_m) * w / eye_of_px * 0.5 * picture_px;

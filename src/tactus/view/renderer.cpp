@@ -252,7 +252,7 @@ struct Renderer::Impl {
       if (scene.meshes[i].material.opacity >= 1) draw_surface(scene.meshes[i], i);
     }
     draw_lines(gl->lines, l);
-    for (const ViewLiquid& liquid : scene.liquids) draw_liquid(liquid, camera, l);
+    for (const ViewLiquid& liquid : scene.liquids) draw_liquid(liquid, scene, camera, l);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
       if (scene.meshes[i].material.opacity < 1) draw_translucent(scene.meshes[i], i);
     }
@@ -288,10 +288,11 @@ struct Renderer::Impl {
     glDisable(GL_BLEND);
   }
 
-  void draw_liquid(const ViewLiquid& liquid, const ViewCamera& camera, const PictureLayout& l) {
+  void draw_liquid(const ViewLiquid& liquid, const ViewScene& scene, const ViewCamera& camera,
+                   const PictureLayout& l) {
     if (liquid.positions_m.empty()) return;
     if (!gl->liquid) gl->liquid = std::make_unique<GlLiquid>(options.width_px, options.height_px);
-    gl->liquid->draw_maps(liquid, l.eye, gl->picture.framebuffer.get());
+    gl->liquid->draw_maps(liquid, liquid_balls(liquid, scene), l.eye, gl->picture.framebuffer.get());
     glBindFramebuffer(GL_FRAMEBUFFER, gl->picture.framebuffer.get());
     set_light(gl->liquid->surface(), l, camera.eye_m());
     gl->liquid->draw(liquid, l.eye);
