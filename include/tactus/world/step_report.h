@@ -91,6 +91,13 @@ struct ViewAngles {
   friend bool operator==(const ViewAngles&, const ViewAngles&) = default;
 };
 
+/// The walls of a body's cuts, on its surface. Empty where nothing was cut.
+struct CutWalls {
+  std::vector<std::uint8_t> is_wall;  ///< per triangle
+  std::vector<Vec3f> rest_m;          ///< per vertex: where it is at rest
+  float spacing_m = 0;                ///< of the body
+};
+
 /// Meshes for viewers and exporters: owns its data, never the world's.
 struct FrameSnapshot {
   TriangleMesh real;                    ///< the reconstructed surface, with normals
@@ -101,6 +108,7 @@ struct FrameSnapshot {
   std::vector<ToolAxis> tools;          ///< tracked ones that were found
   std::vector<Vec3f> liquid_m;          ///< its particles, by id
   std::vector<FilmThickness> films;     ///< on the bodies, in their order; none where there is no film
+  std::vector<CutWalls> cut_walls;      ///< of the bodies, in their order
   ViewAngles view;
   std::int64_t tick = 0;  ///< of the images
   double captured_s = 0;  ///< when those came, on the clock of now_s()

@@ -6,6 +6,7 @@
 
 #include "tactus/geom/mesh/mesh_creases.h"
 #include "tactus/run/film_look.h"
+#include "tactus/run/wall_look.h"
 #include "tactus/sim/still_obstacles.h"
 #include "tactus/track/blade_tracker.h"
 #include "tactus/world/world_impl.h"
@@ -131,10 +132,12 @@ ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   std::vector<std::uint8_t> is_crease(surface.positions_m.size());
   std::vector<Index> origins;
   // Skin and walls of cuts share vertices.
+  const CutWalls walls = b < snapshot.cut_walls.size() ? std::move(snapshot.cut_walls[b]) : CutWalls{};
   if (scene_.bodies[b].cuttable) origins = split_creases(surface, snapshot.smooth[b]);
-  for (const Index v : origins) is_crease[static_cast<std::size_t>(v)] = 1;
-  is_crease.resize(surface.positions_m.size(), 1);
   smooth_normals(surface, kNormalPasses);
+  if (!walls.is_wall.empty()) view.flesh = part_walls(surface, walls, origins);
+  is_crease.resize(surface.positions_m.size(), 1);
+  for (const Index v : origins) is_crease[static_cast<std::size_t>(v)] = 1;
   if (b >= snapshot.films.size() || snapshot.films[b].film_m.empty()) return view;
   const ViewLiquid liquid = scene_.fluid->looks == LiquidLooks::water ? water() : ViewLiquid{};
   ViewFilm& film = view.film.emplace();
@@ -144,7 +147,9 @@ ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   film.stain_m = std::move(snapshot.films[b].stain_m);
   for (std::vector<float>* m : {&film.film_m, &film.stain_m})
     for (const Index v : origins) m->push_back((*m)[static_cast<std::size_t>(v)]);
-  lay_film(surface, is_crease, film, [](const EdgeRefinement&) {});
+  lay_film(surface, is_crease, film, [&](const EdgeRefinement& made) {
+    if (view.flesh) follow_refinement(*view.flesh, made);
+  });
   return view;
 }
 

@@ -131,6 +131,10 @@ void check_mesh(const ViewMesh& view) {
   if (view.film && !view.film->edge_m.empty() && view.film->edge_m.size() != vertices)
     throw Error(who + std::to_string(view.film->edge_m.size()) + " distances to the film's edge for " +
                 std::to_string(vertices) + " vertices");
+  if (view.flesh && (view.flesh->rest_m.size() != vertices || view.flesh->depth_m.size() != vertices ||
+                     view.flesh->lip.size() != vertices))
+    throw Error(who + "flesh of " + std::to_string(view.flesh->rest_m.size()) + " vertices, expected " +
+                std::to_string(vertices));
   std::uint32_t largest = 0;  // a negative index is huge as unsigned
   for (const auto& t : view.mesh.triangles) {
     for (const Index v : t) largest = std::max(largest, static_cast<std::uint32_t>(v));
@@ -152,6 +156,10 @@ GlMesh::GlMesh() {
   glVertexArrayAttribBinding(name, 2, 2);
   glVertexArrayAttribFormat(name, 3, 3, GL_FLOAT, GL_FALSE, 0);
   glVertexArrayAttribBinding(name, 3, 3);
+  glVertexArrayAttribFormat(name, 4, 4, GL_FLOAT, GL_FALSE, 0);
+  glVertexArrayAttribBinding(name, 4, 4);
+  glVertexArrayAttribFormat(name, 5, 3, GL_FLOAT, GL_FALSE, 4 * sizeof(float));
+  glVertexArrayAttribBinding(name, 5, 4);
   glEnableVertexArrayAttrib(name, 0);
 }
 
@@ -167,15 +175,7 @@ void GlMesh::upload(const ViewMesh& view) {
   } else {
     glEnableVertexArrayAttrib(array.get(), 2);
   }
-  film_m.clear();
-  if (view.film)
-    for (std::size_t v = 0; v < view.film->film_m.size(); ++v)
-      film_m.push_back({view.film->film_m[v], view.film->stain_m[v],
-                        view.film->edge_m.empty() ? kFarInside_m : view.film->edge_m[v]});
-  if (films.upload(film_m.data(), film_m.size() * sizeof film_m[0]))
-    glVertexArrayVertexBuffer(array.get(), 3, films.get(), 0, sizeof film_m[0]);
-  (film_m.empty() ? glDisableVertexArrayAttrib : glEnableVertexArrayAttrib)(array.get(), 3);
-  if (film_m.empty()) glVertexAttrib3f(3, 0, 0, 0);
+  upload_tissue(view);
   const bool new_positions =
       device ? positions.upload_from(*device->ctx, device->positions_m)
              : positions.upload(mesh.positions_m.data(), mesh.positions_m.size() * sizeof(Vec3f));
@@ -190,6 +190,28 @@ void GlMesh::upload(const ViewMesh& view) {
   const bool smooth = device ? !device->normals.empty() : !mesh.normals.empty();
   (smooth ? glEnableVertexArrayAttrib : glDisableVertexArrayAttrib)(array.get(), 1);
   index_count = device ? 3 * device->triangles.size() : static_cast<GLsizei>(3 * mesh.triangles.size());
+}
+
+/// What lies on it, and the flesh below.
+void GlMesh::upload_tissue(const ViewMesh& view) {
+  film_m.clear();
+  if (view.film)
+    for (std::size_t v = 0; v < view.film->film_m.size(); ++v)
+      film_m.push_back({view.film->film_m[v], view.film->stain_m[v],
+                        view.film->edge_m.empty() ? kFarInside_m : view.film->edge_m[v]});
+  if (films.upload(film_m.data(), film_m.size() * sizeof film_m[0]))
+    glVertexArrayVertexBuffer(array.get(), 3, films.get(), 0, sizeof film_m[0]);
+  (film_m.empty() ? glDisableVertexArrayAttrib : glEnableVertexArrayAttrib)(array.get(), 3);
+  if (film_m.empty()) glVertexAttrib3f(3, 0, 0, 0);
+  flesh_of_vertex.clear();
+  if (view.flesh)
+    for (std::size_t v = 0; v < view.flesh->rest_m.size(); ++v)
+      flesh_of_vertex.push_back({view.flesh->rest_m[v], view.flesh->depth_m[v], view.flesh->lip[v]});
+  if (flesh.upload(flesh_of_vertex.data(), flesh_of_vertex.size() * sizeof(FleshVertex)))
+    glVertexArrayVertexBuffer(array.get(), 4, flesh.get(), 0, sizeof(FleshVertex));
+  for (const GLuint i : {4U, 5U})
+    (flesh_of_vertex.empty() ? glDisableVertexArrayAttrib : glEnableVertexArrayAttrib)(array.get(), i);
+  if (flesh_of_vertex.empty()) glVertexAttrib4f(4, 0, 0, 0, -1);
 }
 
 void GlMesh::draw(const GlProgram& program) const {

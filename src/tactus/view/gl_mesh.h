@@ -43,14 +43,21 @@ void check_mesh(const ViewMesh& view);
 
 /// A mesh on the GPU. Slots are reused from frame to frame.
 struct GlMesh {
-  GlStreamBuffer positions, normals, colors, films, indices;
+  GlStreamBuffer positions, normals, colors, films, flesh, indices;
   GlVertexArray array;
   GLsizei index_count = 0;
   Mat3f turn = Mat3f::identity();
   std::vector<Vec3f> film_m;  ///< film, stain, distance to the edge; kept for its capacity
+  struct FleshVertex {
+    Vec3f rest_m;
+    float depth_m;
+    Vec3f lip;
+  };
+  std::vector<FleshVertex> flesh_of_vertex;  ///< likewise
 
   GlMesh();
   void upload(const ViewMesh& view);
+  void upload_tissue(const ViewMesh& view);
   /// With a program that is in use and whose vertex shader knows `turn`.
   void draw(const GlProgram& program) const;
 };

@@ -84,6 +84,23 @@ struct LineSlot {
   }
 };
 
+/// Two channels of noise that repeats, for fibres.
+GlTexture make_grain() {
+  constexpr GLsizei kSide = 32;
+  std::vector<std::uint8_t> noise(std::size_t{2} * kSide * kSide * kSide);
+  std::uint32_t random = 1;
+  for (std::uint8_t& n : noise) {
+    random = random * 1664525U + 1013904223U;
+    n = static_cast<std::uint8_t>(random >> 24U);
+  }
+  GLuint name = 0;
+  glCreateTextures(GL_TEXTURE_3D, 1, &name);
+  glTextureStorage3D(name, 1, GL_RG8, kSide, kSide, kSide);
+  glTextureSubImage3D(name, 0, 0, 0, 0, kSide, kSide, kSide, GL_RG, GL_UNSIGNED_BYTE, noise.data());
+  glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  return GlTexture(name);
+}
+
 GLuint drawn_framebuffer() {
   GLint name = 0;
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &name);
@@ -125,6 +142,9 @@ struct Renderer::Impl {
       no_attributes = GlVertexArray(name);
     }
     GlProgram surface{"surface", {shaders::kSurfaceVertex}, {shaders::kLight, shaders::kSurfaceFragment}};
+    GlProgram tissue{"tissue",
+                     {shaders::kTissue, shaders::kSurfaceVertex},
+                     {shaders::kTissue, shaders::kLight, shaders::kSurfaceFragment}};
     GlProgram ground{"ground", {shaders::kGroundVertex}, {shaders::kLight, shaders::kGroundFragment}};
     GlProgram background{
         "background", {shaders::kBackgroundVertex}, {shaders::kLight, shaders::kBackgroundFragment}};
@@ -133,6 +153,7 @@ struct Renderer::Impl {
     GlPictureTarget picture;
     GlLight light;
     GlVertexArray no_attributes;
+    GlTexture grain = make_grain();
     std::vector<GlMesh> meshes;
     std::unique_ptr<GlPhotoPrograms> photo_programs;  ///< made when the first photos come
     std::vector<std::unique_ptr<GlPhotos>> photos;    ///< of the meshes that wear some
@@ -191,18 +212,23 @@ struct Renderer::Impl {
       set(gl->photo_programs->surface, "opacity", clamp(m.opacity, 0.F, 1.F));
       return gl->photo_programs->surface;
     }
-    set(gl->surface, "dry_albedo", to_linear(m.color));
-    set(gl->surface, "dry_roughness", clamp(m.roughness, 0.05F, 1.F));
-    set(gl->surface, "dry_specular", clamp(m.specular, 0.F, 1.F));
-    const ViewFilm film =
-        view.film ? ViewFilm{{}, {}, {}, view.film->scattered, view.film->absorption_1_m} : ViewFilm{};
-    set(gl->surface, "film_scattered", film.scattered);
-    set(gl->surface, "film_absorption_1_m", film.absorption_1_m);
-    set(gl->surface, "softness", clamp(m.softness, 0.F, 1.F));
-    set(gl->surface, "opacity", clamp(m.opacity, 0.F, 1.F));
-    set(gl->surface, "is_photographed", !view.colors.empty());
-    set(gl->surface, "flat_shaded", view.device ? view.device->normals.empty() : view.mesh.normals.empty());
-    return gl->surface;
+    const GlProgram& program = view.film || view.flesh ? gl->tissue : gl->surface;
+    set(program, "dry_albedo", to_linear(m.color));
+    set(program, "dry_roughness", clamp(m.roughness, 0.05F, 1.F));
+    set(program, "dry_specular", clamp(m.specular, 0.F, 1.F));
+    set(program, "softness", clamp(m.softness, 0.F, 1.F));
+    set(program, "opacity", clamp(m.opacity, 0.F, 1.F));
+    set(program, "is_photographed", !view.colors.empty());
+    set(program, "flat_shaded", view.device ? view.device->normals.empty() : view.mesh.normals.empty());
+    if (view.film) {
+      set(program, "film_scattered", view.film->scattered);
+      set(program, "film_absorption_1_m", view.film->absorption_1_m);
+    }
+    if (view.flesh) {
+      set(program, "grain_m", view.flesh->grain_m);
+      set(program, "lip_m", view.flesh->lip_m);
+    }
+    return program;
   }
 
   void draw_surface(const ViewMesh& view, std::size_t i) {
@@ -244,7 +270,8 @@ struct Renderer::Impl {
     glClearColor(plain.x, plain.y, plain.z, 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     gl->light.bind();
-    for (const GlProgram* p : {&gl->surface, &gl->ground, &gl->background, &gl->wire, &gl->line})
+    glBindTextureUnit(8, gl->grain.get());
+    for (const GlProgram* p : {&gl->surface, &gl->tissue, &gl->ground, &gl->background, &gl->wire, &gl->line})
       set_light(*p, l, camera.eye_m());
     if (gl->photo_programs) set_light(gl->photo_programs->surface, l, camera.eye_m());
     draw_room(scene, l);

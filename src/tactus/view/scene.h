@@ -66,6 +66,15 @@ struct ViewFilm {
   Vec3f absorption_1_m{160.F, 1500.F, 1400.F};  ///< likewise
 };
 
+/// The flesh of a body that was cut, seen on walls of cuts.
+struct ViewFlesh {
+  std::vector<Vec3f> rest_m{};    ///< where each vertex is at rest: fibres lie still in the flesh
+  std::vector<float> depth_m{};   ///< distance of each of a wall's to the cut's rim; < 0 on skin
+  std::vector<Vec3f> lip{};       ///< normal of the skin at the rim, where it is nearest
+  float grain_m = 0.001F;         ///< width of a fibre, > 0
+  float lip_m = 0.001F;           ///< so wide a wall is round at its rim, > 0
+};
+
 struct ViewMesh {
   std::string name;
   TriangleMesh mesh{};  ///< [m]; drawn flat-shaded when it has no normals
@@ -78,6 +87,7 @@ struct ViewMesh {
   /// Turns the mesh, and the cameras of its photos with it: data sets have their own idea of up.
   Mat3f R_world_mesh = Mat3f::identity();
   std::optional<ViewFilm> film{};
+  std::optional<ViewFlesh> flesh{};
   bool casts_shadow = true;  ///< false: for meshes that only explain the picture, as drawn cameras
 };
 

@@ -8,6 +8,9 @@ namespace tactus::shaders {
 
 inline constexpr const char* kVersion = "#version 450 core\n";
 
+/// Before a surface's shaders: with film and flesh, which others needn't carry to their fragments.
+inline constexpr const char* kTissue = "#define TISSUE\n";
+
 /// Light of surfaces. `sun_map` holds depths from the sun, `sky_map` heights seen from above, blurred: the
 /// first casts the shadow, the second tells how much of the sky neighbouring surfaces hide.
 inline constexpr const char* kLight = R"(
@@ -83,19 +86,29 @@ inline constexpr const char* kSurfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 photographed;
+#ifdef TISSUE
 layout(location = 3) in vec3 film_stain_edge;
+layout(location = 4) in vec4 rest_and_depth;
+layout(location = 5) in vec3 lip_normal;
+out vec3 film_m;
+out vec4 rest;
+out vec3 lip;
+#endif
 uniform mat4 view_proj;
 uniform mat3 turn;
 out vec3 p;
 out vec3 n;
 out vec3 photo_color;
-out vec3 film_m;
 invariant gl_Position;
 void main() {
   p = turn * position;
   n = turn * normal;
   photo_color = photographed;
+#ifdef TISSUE
   film_m = film_stain_edge;
+  rest = rest_and_depth;
+  lip = turn * lip_normal;
+#endif
   gl_Position = view_proj * vec4(p, 1);
 }
 )";
@@ -104,13 +117,10 @@ inline constexpr const char* kSurfaceFragment = R"(
 in vec3 p;
 in vec3 n;
 in vec3 photo_color;
-in vec3 film_m;  // of film, of stain, to the film's edge
 uniform bool is_photographed;
 uniform vec3 dry_albedo;
 uniform float dry_roughness;
 uniform float dry_specular;
-uniform vec3 film_scattered;
-uniform vec3 film_absorption_1_m;
 uniform float softness;
 uniform float opacity;
 uniform bool flat_shaded;
@@ -118,24 +128,67 @@ layout(location = 0) out vec4 color;
 
 vec3 albedo;
 float roughness, specular;
-float tilt;  // of a film's surface towards its edge
+
+float inner = 0.0;  // on a wall of a cut
+float shade;        // of the wound there
+
+#ifdef TISSUE
+in vec3 film_m;  // of film, of stain, to the film's edge
+in vec4 rest;    // at rest; to the rim of a cut, > 0 on its walls
+in vec3 lip;
+uniform vec3 film_scattered;
+uniform vec3 film_absorption_1_m;
+uniform float grain_m;
+uniform float lip_m;
+layout(binding = 8) uniform sampler3D grain;
+
+// The way on the surface along which a value grows (Mikkelsen 2010).
+vec3 slope_of(float value, vec3 N) {
+  vec3 px = dFdx(p), py = dFdy(p), rx = cross(py, N), ry = cross(N, px);
+  float area = dot(px, rx);
+  return sign(area) * (rx * dFdx(value) + ry * dFdy(value)) / max(abs(area), 1e-20);
+}
+
+// Walls of cuts: fibres that lie still in the flesh, wet, and less light the deeper. The rim is round.
+vec3 flesh(vec3 N) {
+  float depth = rest.w, px_m = length(fwidth(rest.xyz));
+  inner = smoothstep(0.0, lip_m, depth);
+  vec3 q = rest.xyz / (32.0 * grain_m);
+  float fibre = 0.5, fine = 0.5;
+  for (int i = 0; i < (inner > 0.0 ? 1 : 0); ++i) {
+    fibre = textureLod(grain, q * vec3(0.16, 1.0, 1.0), 0.0).r;
+    fine = textureLod(grain, q * vec3(0.7, 2.3, 2.3), 0.0).g;
+  }
+  float seen = 1.0 - smoothstep(0.4, 2.0, px_m / grain_m);
+  float pattern = seen * (0.65 * (fibre - 0.5) + 0.35 * (fine - 0.5));
+  vec3 meat = albedo * vec3(0.95, 0.62, 0.60) + vec3(0.045, 0.0, 0.0);
+  meat *= 1.0 + 1.1 * pattern;
+  albedo = mix(albedo, meat, inner);
+  roughness = mix(roughness, 0.3 - 0.12 * pattern, inner);
+  shade = mix(1.0, exp(-max(depth, 0.0) / (8.0 * lip_m)), inner);
+  N = normalize(N - inner * seen * 0.3 * grain_m * slope_of(pattern, N));
+  float rounded = depth < 0.0 ? 0.0 : 1.0 - smoothstep(0.0, lip_m, depth);
+  return normalize(mix(N, lip, 0.9 * rounded));
+}
 
 // Light goes through a film to the surface and back (Beer-Lambert), and deep film scatters it. What dried is
 // denser, and lets less red through.
-void wet() {
+vec3 wet(vec3 N) {
   vec3 stained = exp(-2.0 * (3.0 * film_absorption_1_m + vec3(900.0)) * film_m.y);
   // The edge is a bead: steep where it meets what is dry, as the contact angle asks for, and level within.
   float full_m = max(film_m.x, 0.0), bead_m = max(3.0 * full_m, 4e-4);
   float px_m = fwidth(film_m.z), in_bead = clamp(film_m.z / max(bead_m, px_m) + 0.25, 0.0, 1.0);
-  float level = in_bead * (2.0 - in_bead);
-  float thick_m = full_m * level;
+  float thick_m = full_m * in_bead * (2.0 - in_bead);
   vec3 through = exp(-2.0 * film_absorption_1_m * thick_m);
-  albedo = dry_albedo * stained * through + film_scattered * (1.0 - through);
+  albedo = albedo * stained * through + film_scattered * (1.0 - through);
   float is_wet = smoothstep(1e-5, 6e-5, thick_m);
-  tilt = is_wet * full_m / bead_m * 2.0 * (1.0 - in_bead);
-  roughness = mix(dry_roughness, 0.12, is_wet);
-  specular = mix(dry_specular, 0.02, is_wet);
+  roughness = mix(roughness, 0.12, is_wet);
+  specular = mix(specular, 0.02, is_wet);
+  vec3 uphill = slope_of(film_m.z, N);
+  float tilt = is_wet * full_m / bead_m * 2.0 * (1.0 - in_bead);
+  return normalize(N - tilt * uphill / max(length(uphill), 1e-12));
 }
+#endif
 
 float highlight(vec3 N, vec3 V, vec3 L) {  // GGX (Walter et al. 2007), visibility after Karis
   vec3 H = normalize(V + L);
@@ -160,27 +213,32 @@ void main() {
     color = vec4(photo_color, opacity);
     return;
   }
-  wet();
+  albedo = dry_albedo;
+  roughness = dry_roughness;
+  specular = dry_specular;
+  shade = 1.0;
   vec3 V = normalize(eye - p);
   vec3 N = flat_shaded ? normalize(cross(dFdx(p), dFdy(p))) : normalize(n);
   if (flat_shaded ? dot(N, V) < 0.0 : !gl_FrontFacing) N = -N;
-  // The way to the film's edge on the surface (Mikkelsen 2010).
-  vec3 px = dFdx(p), py = dFdy(p), rx = cross(py, N), ry = cross(N, px);
-  vec3 uphill = rx * dFdx(film_m.z) + ry * dFdy(film_m.z);
-  N = normalize(N - tilt * sign(dot(px, rx)) * uphill / max(length(uphill), 1e-12));
+#ifdef TISSUE
+  N = wet(flesh(N));
+#endif
   float lit = sun_visibility(p, N);
-  float open = sky_visibility(p);
+  float sky = sky_visibility(p), open = sky * shade;
   vec3 side = normalize(vec3(V.x - 0.9 * sun.x, 0.35, V.z - 0.9 * sun.z) + 0.05 * V);
   vec3 c = key_light * diffuse(dot(N, sun)) * mix(lit, 1.0, 0.12 * softness);
   c += fill_light * diffuse(dot(N, side)) * mix(open, 1.0, 0.4);
-  c += mix(ground_light, sky_light, 0.5 + 0.5 * N.y) * 0.42 * open;
+  c += mix(ground_light, sky_light, 0.5 + 0.5 * N.y) * 0.42 * mix(sky * vec3(0.5, 0.2, 0.2), vec3(sky), shade);  // flesh lights flesh
   c *= albedo;
   float facing = max(dot(N, V), 0.0);
   float edge = pow(1.0 - facing, 4.0);
   vec3 mirrored = reflect(-V, N);
   float bright = smoothstep(-0.3, 0.9, mirrored.y);
+#ifdef TISSUE
+  open *= mix(1.0, smoothstep(0.1, 0.7, dot(mirrored, lip)), inner);  // the other wall hides the rest
+#endif
   c += (specular + (1.0 - roughness) * 0.35 * edge) * mix(ground_light, sky_light, bright) * open;
-  c += softness * edge * 0.35 * albedo * sky_light;
+  c += softness * edge * 0.35 * albedo * sky_light * shade;
   c += key_light * highlight(N, V, sun) * lit + fill_light * highlight(N, V, side) * open;
   color = vec4(encode(tone(c)), mix(opacity, 1.0, 0.6 * edge));
 }

@@ -39,6 +39,26 @@ void World::Impl::move_tools(const FrameTimes& times, bool has_new_images) {
   component_speeds_.insert(component_speeds_.end(), tool_speeds_.begin(), tool_speeds_.end());
 }
 
+namespace {
+
+CutWalls cut_walls(const SoftBody& body) {
+  CutWalls walls;
+  if (!body.is_cuttable() || body.cutter().surface().wall_area() <= 0) return walls;
+  const CubeLattice& lattice = body.cutter().lattice().lattice();
+  const cut::CutSurface& surface = body.cutter().surface();
+  walls.spacing_m = lattice.spacing_m;
+  for (Index t = 0; t < surface.triangle_count(); ++t)
+    walls.is_wall.push_back(surface.is_wall(t) ? std::uint8_t{1} : std::uint8_t{0});
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const embed::Anchor anchor = surface.anchor(body.cutter().lattice(), v);
+    const Vec3f cell = vec_cast<float>(lattice.cubes[static_cast<std::size_t>(anchor.cube)]);
+    walls.rest_m.push_back(lattice.origin_m + lattice.spacing_m * (cell + anchor.local));
+  }
+  return walls;
+}
+
+}  // namespace
+
 FrameSnapshot World::Impl::snapshot() {
   FrameSnapshot snapshot;
   snapshot.tick = seen_.tick;
@@ -49,6 +69,7 @@ FrameSnapshot World::Impl::snapshot() {
   if (has_surface_) snapshot.real = perception_->download();
   for (const auto& body : bodies_) {
     snapshot.bodies.push_back(body->surface(ctx));
+    snapshot.cut_walls.push_back(cut_walls(*body));
     const BodyShape& shape = body->shape();
     snapshot.smooth.push_back(shape.has_creases ? 0 : static_cast<Index>(shape.surface_m.positions_m.size()));
   }

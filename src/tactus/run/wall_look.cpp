@@ -1,0 +1,141 @@
+#include "tactus/run/wall_look.h"
+
+#include <cmath>
+#include <cstdint>
+#include <unordered_set>
+
+#include "tactus/geom/mesh/surface_samples.h"
+
+namespace tactus {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr float kLip = 0.1F, kGrain = 0.12F;  // in spacings
+constexpr float kFar = 4;                     // spacings; depths beyond aren't told apart
+
+constexpr std::uint8_t kSkin = 1, kWall = 2, kRim = kSkin | kWall;
+
+/// Per vertex: kSkin, kWall or kRim.
+std::vector<std::uint8_t> kinds_of(const TriangleMesh& surface, const CutWalls& walls) {
+  std::vector<std::uint8_t> kinds(surface.positions_m.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    for (const Index v : surface.triangles[t]) kinds[at(v)] |= walls.is_wall[t] != 0 ? kWall : kSkin;
+  return kinds;
+}
+
+Vec3f area_normal(const TriangleMesh& surface, const std::array<Index, 3>& corners) {
+  const Vec3f from_m = surface.positions_m[at(corners[0])];
+  return cross(surface.positions_m[at(corners[1])] - from_m, surface.positions_m[at(corners[2])] - from_m);
+}
+
+/// Walls and skin share no vertex any more; those that they shared have normals of their own side.
+void split_rim(TriangleMesh& surface, const CutWalls& walls, std::vector<Index>& origins) {
+  const std::vector<std::uint8_t> kinds = kinds_of(surface, walls);
+  std::vector<Index> of_wall(kinds.size(), -1);
+  std::vector<Vec3f> of_skin(kinds.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    auto& corners = surface.triangles[t];
+    const Vec3f normal = area_normal(surface, corners);
+    for (Index& v : corners) {
+      if (kinds[at(v)] != kRim) continue;
+      if (walls.is_wall[t] == 0) {
+        of_skin[at(v)] += normal;
+        continue;
+      }
+      Index& own = of_wall[at(v)];
+      if (own < 0) {
+        own = static_cast<Index>(surface.positions_m.size());
+        origins.push_back(v);
+        surface.positions_m.push_back(Vec3f{surface.positions_m[at(v)]});
+        surface.normals.push_back({});
+      }
+      surface.normals[at(own)] += normal;
+      v = own;
+    }
+  }
+  for (std::size_t v = 0; v < kinds.size(); ++v)
+    if (kinds[v] == kRim) surface.normals[v] = normalized(of_skin[v], surface.normals[v]);
+  for (std::size_t v = kinds.size(); v < surface.normals.size(); ++v)
+    surface.normals[v] = normalized(surface.normals[v], Vec3f{0, 1, 0});
+}
+
+void smooth_walls(TriangleMesh& surface, const CutWalls& walls, const std::vector<std::uint8_t>& kinds) {
+  TriangleMesh of_walls{surface.positions_m, {}, {}};
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    if (walls.is_wall[t] != 0) of_walls.triangles.push_back(surface.triangles[t]);
+  const SurfaceSamples samples(of_walls, walls.spacing_m, bounds(surface));
+  for (std::size_t v = 0; v < surface.normals.size(); ++v) {
+    if (kinds[v] != kWall) continue;
+    Vec3f sum{};
+    samples.around(surface.positions_m[v], surface.normals[v],
+                   [&](const SurfaceSamples::Sample& s, float weight, Vec3f) { sum += weight * s.normal; });
+    surface.normals[v] = normalized(sum, surface.normals[v]);
+  }
+}
+
+/// Edges of skin along which a wall begins. @param place of a vertex: the first vertex that was there
+std::vector<std::array<Index, 2>> rim_of(const TriangleMesh& surface, const CutWalls& walls,
+                                         const std::vector<Index>& place) {
+  const auto key = [&](Index a, Index b) {
+    return static_cast<std::uint64_t>(place[at(a)]) << 32U | static_cast<std::uint64_t>(place[at(b)]);
+  };
+  std::unordered_set<std::uint64_t> of_walls;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const auto& c = surface.triangles[t];
+    if (walls.is_wall[t] != 0)
+      for (std::size_t k = 0; k < 3; ++k) of_walls.insert(key(c[k], c[(k + 1) % 3]));
+  }
+  std::vector<std::array<Index, 2>> rim;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const auto& c = surface.triangles[t];
+    if (walls.is_wall[t] != 0) continue;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (of_walls.contains(key(c[(k + 1) % 3], c[k]))) rim.push_back({c[k], c[(k + 1) % 3]});
+  }
+  return rim;
+}
+
+}  // namespace
+
+ViewFlesh part_walls(TriangleMesh& surface, const CutWalls& walls, std::vector<Index>& origins) {
+  split_rim(surface, walls, origins);
+  const std::vector<std::uint8_t> kinds = kinds_of(surface, walls);
+  smooth_walls(surface, walls, kinds);
+  std::vector<Index> place(surface.positions_m.size());
+  const std::size_t first = place.size() - origins.size();
+  for (std::size_t v = 0; v < place.size(); ++v)
+    place[v] = v < first ? static_cast<Index>(v) : place[at(origins[v - first])];
+  const std::vector<std::array<Index, 2>> rim = rim_of(surface, walls, place);
+  const auto rest_m = [&](Index v) { return walls.rest_m[at(place[at(v)])]; };
+
+  const float far_m = kFar * walls.spacing_m;
+  ViewFlesh flesh{.lip = surface.normals, .grain_m = kGrain * walls.spacing_m, .lip_m = kLip * walls.spacing_m};
+  for (Index v = 0; v < static_cast<Index>(place.size()); ++v) {
+    flesh.rest_m.push_back(rest_m(v));
+    flesh.depth_m.push_back(-far_m);
+    if (kinds[at(v)] != kWall) continue;
+    float nearest_m2 = far_m * far_m;
+    for (const auto& [a, b] : rim) {
+      const Vec3f way = rest_m(b) - rest_m(a), to = rest_m(v) - rest_m(a);
+      const float along = clamp(dot(to, way) / max(dot(way, way), 1e-20F), 0.F, 1.F);
+      const Vec3f off = to - along * way;
+      if (dot(off, off) >= nearest_m2) continue;
+      nearest_m2 = dot(off, off);
+      flesh.lip[at(v)] = normalized((1 - along) * surface.normals[at(a)] + along * surface.normals[at(b)],
+                                    surface.normals[at(v)]);
+    }
+    flesh.depth_m.back() = std::sqrt(nearest_m2);
+  }
+  return flesh;
+}
+
+void follow_refinement(ViewFlesh& flesh, const EdgeRefinement& made) {
+  for (const auto& [a, b] : made.ends) {
+    flesh.rest_m.push_back(0.5F * (flesh.rest_m[at(a)] + flesh.rest_m[at(b)]));
+    flesh.depth_m.push_back(0.5F * (flesh.depth_m[at(a)] + flesh.depth_m[at(b)]));
+    flesh.lip.push_back(normalized(flesh.lip[at(a)] + flesh.lip[at(b)], flesh.lip[at(a)]));
+  }
+}
+
+}  // namespace tactus
