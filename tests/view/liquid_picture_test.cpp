@@ -1,7 +1,9 @@
 // The picture of a liquid: where its surface is drawn, and what is seen through it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "tactus/base/error.h"
 #include "tactus/view/image_files.h"
@@ -144,6 +146,89 @@ TEST_F(LiquidPicture, NobodySeesLiquidBehindSomethingSolid) {
   scene.liquids[0].positions_m.push_back({NAN, NAN, NAN});  // one that left
   const ColorImage with = renderer.render(scene, camera);
   EXPECT_EQ(with.pixels, without.pixels);
+}
+
+/// A jet that falls straight down, 4 spacings wide: where its particles are changes from frame to frame, what
+/// is seen of it hardly does. 1 m/s at 30 frames a second is 8.3 spacings a frame.
+TEST_F(LiquidPicture, ASteadyJetStandsStill) {
+  std::uint32_t random = 1;
+  const auto noise = [&] {
+    random = random * 1664525U + 1013904223U;
+    return static_cast<float>(random >> 8) / (1 << 23) - 1.F;
+  };
+  std::vector<Vec3f> stream;
+  for (int layer = 0; layer < 120; ++layer)
+    for (int i = -2; i <= 2; ++i)
+      for (int k = -2; k <= 2; ++k)
+        if (i * i + k * k <= 4)
+          stream.push_back(kSpacing * (Vec3f{static_cast<float>(i), static_cast<float>(layer), static_cast<float>(k)} +
+                                       0.15F * Vec3f{noise(), noise(), noise()}));
+  ViewScene scene{.ground = false};
+  scene.liquids.push_back({.spacing_m = kSpacing});
+  const ViewCamera camera{.target_m = {0, 0.24F, 0}, .distance_m = 0.4F, .elevation_rad = 0.2F};
+  Renderer renderer(options());
+  ColorImage before, now;
+  for (const float fallen : {0.F, 8.3F}) {
+    scene.liquids[0].positions_m.clear();
+    for (const Vec3f p : stream) scene.liquids[0].positions_m.push_back(p - Vec3f{0, fallen * kSpacing, 0});
+    std::swap(before, now);
+    renderer.render(scene, camera, now);
+  }
+  keep(now);
+  int differ = 0, red = 0;
+  for (std::size_t k = 0; k < now.pixels.size(); ++k) {
+    const Rgb8 a = before.pixels[k], b = now.pixels[k];
+    const int off = std::max({std::abs(a.r - b.r), std::abs(a.g - b.g), std::abs(a.b - b.b)});
+    differ += off > 25 ? 1 : 0;  // a tenth of the scale
+    red += b.r > b.g + 40 ? 1 : 0;
+  }
+  std::printf("%d of %d pixels of the jet differ, %zu in all\n", differ, red, now.pixels.size());
+  EXPECT_GT(red, 8000);
+  EXPECT_LE(differ, static_cast<int>(now.pixels.size()) / 50);
+}
+
+/// A drop that lies on a wet plate is a flat cap: nowhere higher than 0.7 spacings, as a ball would be 1.1.
+TEST_F(LiquidPicture, ADropOnWetTissueIsACap) {
+  ViewScene scene{.ground = false};
+  ViewMesh plate{.name = "plate", .material = {.color = {0.8F, 0.5F, 0.5F}}};
+  plate.film.emplace();
+  for (int k = 0; k < 41 * 41; ++k) {
+    plate.mesh.positions_m.push_back(0.5F * kSpacing *
+                                     Vec3f{static_cast<float>(k % 41 - 20), 0, static_cast<float>(k / 41 - 20)});
+    plate.mesh.normals.push_back({0, 1, 0});
+    plate.film->film_m.push_back(1e-4F);
+    plate.film->stain_m.push_back(0);
+  }
+  for (int j = 0; j < 40; ++j)
+    for (int i = 0; i < 40; ++i) {
+      const Index a = 41 * j + i, b = a + 1, c = a + 41, d = c + 1;
+      plate.mesh.triangles.push_back({a, c, b});
+      plate.mesh.triangles.push_back({b, c, d});
+    }
+  scene.meshes.push_back(plate);
+  scene.liquids.push_back({.positions_m = {{0, 0.5F * kSpacing, 0}}, .spacing_m = kSpacing});
+  const ViewCamera camera{.target_m = {0, 0, 0}, .distance_m = 0.1F, .azimuth_rad = 0, .elevation_rad = 1.5F};
+  Renderer renderer(options());
+  keep(renderer.render(scene, camera));
+  float highest = 0;
+  int covered = 0;
+  const Rigidf T_world_cam = inverse(camera.T_cam_world());
+  const float tangent = std::tan(0.5F * camera.fov_rad);
+  const std::vector<float> depths = renderer.depths_m();
+  for (Index y = 0; y < kHeight; ++y)
+    for (Index x = 0; x < kWidth; ++x) {
+      const Vec3f ray{tangent * (2 * (x + 0.5F) - kWidth) / kHeight, tangent * (kHeight - 2 * (y + 0.5F)) / kHeight,
+                      -1};
+      const Vec3f p = T_world_cam * (depths[static_cast<std::size_t>(y * kWidth + x)] * ray);
+      highest = max(highest, p.y);
+      covered += p.y > 0.05F * kSpacing ? 1 : 0;
+    }
+  EXPECT_GT(highest, 0.3F * kSpacing);
+  EXPECT_LT(highest, 0.7F * kSpacing);
+  // A metre at 0.1 m is 360 / (0.1 tan(fov / 2)) pixels; the cap is 1 to 1.2 spacings in radius.
+  const float spacing_px = kSpacing * 0.5F * kHeight / (0.1F * tangent);
+  EXPECT_GT(static_cast<float>(covered), 2.5F * spacing_px * spacing_px);
+  EXPECT_LT(static_cast<float>(covered), 4.6F * spacing_px * spacing_px);
 }
 
 /// Four strips of a pale plate seen from above: dry, past a film's edge, under 0.1 mm of blood, under 2 mm,

@@ -6,6 +6,7 @@
 
 #include "tactus/geom/mesh/mesh_creases.h"
 #include "tactus/run/film_look.h"
+#include "tactus/run/skin_look.h"
 #include "tactus/run/wall_look.h"
 #include "tactus/sim/still_obstacles.h"
 #include "tactus/track/blade_tracker.h"
@@ -123,6 +124,24 @@ void SceneView::show_models(std::vector<std::vector<std::uint8_t>> element_trian
   element_triangles_ = std::move(element_triangles);
 }
 
+namespace {
+
+ViewLiquid blood() { return {.absorption_1_m = {360.F, 2400.F, 2200.F}}; }
+
+/// Where it isn't cut.
+void smooth_skin_of(TriangleMesh& surface, const FrameSnapshot& snapshot, std::size_t b) {
+  if (snapshot.smooth[b] == 0) return;
+  std::vector<std::uint8_t> may_move(surface.positions_m.size());
+  std::fill(may_move.begin(), may_move.begin() + snapshot.smooth[b], std::uint8_t{1});
+  if (b < snapshot.cut_walls.size())
+    for (std::size_t t = 0; t < snapshot.cut_walls[b].is_wall.size(); ++t)
+      if (snapshot.cut_walls[b].is_wall[t] != 0)
+        for (const Index v : surface.triangles[t]) may_move[static_cast<std::size_t>(v)] = 0;
+  smooth_skin(surface, may_move);
+}
+
+}  // namespace
+
 /// A body's surface, and what lies on it.
 ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   Material material = soft_material();
@@ -131,6 +150,7 @@ ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   TriangleMesh& surface = view.mesh;
   std::vector<std::uint8_t> is_crease(surface.positions_m.size());
   std::vector<Index> origins;
+  smooth_skin_of(surface, snapshot, b);
   // Skin and walls of cuts share vertices.
   const CutWalls walls = b < snapshot.cut_walls.size() ? std::move(snapshot.cut_walls[b]) : CutWalls{};
   if (scene_.bodies[b].cuttable) origins = split_creases(surface, snapshot.smooth[b]);
@@ -139,7 +159,7 @@ ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   is_crease.resize(surface.positions_m.size(), 1);
   for (const Index v : origins) is_crease[static_cast<std::size_t>(v)] = 1;
   if (b >= snapshot.films.size() || snapshot.films[b].film_m.empty()) return view;
-  const ViewLiquid liquid = scene_.fluid->looks == LiquidLooks::water ? water() : ViewLiquid{};
+  const ViewLiquid liquid = scene_.fluid->looks == LiquidLooks::water ? water() : blood();
   ViewFilm& film = view.film.emplace();
   film.scattered = liquid.scattered;
   film.absorption_1_m = liquid.absorption_1_m;
@@ -193,7 +213,7 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
   view_.liquids.clear();
   if (scene_.fluid) {
     ViewLiquid& liquid =
-        view_.liquids.emplace_back(scene_.fluid->looks == LiquidLooks::water ? water() : ViewLiquid{});
+        view_.liquids.emplace_back(scene_.fluid->looks == LiquidLooks::water ? water() : blood());
     liquid.positions_m = std::move(snapshot.liquid_m);
     liquid.spacing_m = static_cast<float>(scene_.fluid->spacing_m);
   }

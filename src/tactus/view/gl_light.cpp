@@ -161,7 +161,7 @@ void GlLight::set_uniforms(const GlProgram& program, const PictureLayout& layout
   set(program, "floor_m", layout.floor_m);
   set(program, "shadows", shadows_);
   set(program, "occlusion", occlusion_);
-  const float step_m = 0.016F * layout.radius_m;
+  const float step_m = 0.008F * layout.radius_m;
   set(program, "shadow_step", step_m / (2 * layout.sun_half_m.x), step_m / (2 * layout.sun_half_m.y));
   set(program, "sun_map_m", 2 * layout.sun_half_m);
   const auto map_px = static_cast<float>(sun_map_.side_px);

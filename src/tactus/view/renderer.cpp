@@ -224,10 +224,8 @@ struct Renderer::Impl {
       set(program, "film_scattered", view.film->scattered);
       set(program, "film_absorption_1_m", view.film->absorption_1_m);
     }
-    if (view.flesh) {
-      set(program, "grain_m", view.flesh->grain_m);
-      set(program, "lip_m", view.flesh->lip_m);
-    }
+    set(program, "grain_m", view.flesh ? view.flesh->grain_m : 1);
+    set(program, "lip_m", view.flesh ? view.flesh->lip_m : 1);
     return program;
   }
 

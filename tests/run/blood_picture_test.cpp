@@ -1,0 +1,165 @@
+/// Blood on tissue in pictures: a film with a smooth edge, and no particle that shows as such.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <opencv2/imgproc.hpp>
+
+#include "tactus/io/scene_file.h"
+#include "tactus/run/film_look.h"
+#include "tactus/run/scene_source.h"
+#include "tactus/run/scene_view.h"
+#include "tactus/view/image_files.h"
+#include "tactus/view/renderer.h"
+#include "tactus/world/world.h"
+
+namespace tactus {
+namespace {
+
+/// With TACTUS_PICTURES=FOLDER, for people who look.
+void keep(const ColorImage& image, const std::string& name) {
+  if (const char* folder = std::getenv("TACTUS_PICTURES"); folder != nullptr)
+    write_png(std::string(folder) + "/" + name + ".png", image);
+}
+
+/// A plate of triangles in y = 0, of about 4 mm, that a film covers where `is_wet`: by vertices, so in teeth.
+struct WetPlate {
+  TriangleMesh mesh;
+  ViewFilm film;
+  template <class F>
+  explicit WetPlate(F&& is_wet) {
+    constexpr Index kCells = 40;
+    constexpr float kCell_m = 0.004F;
+    for (Index k = 0; k < (kCells + 1) * (kCells + 1); ++k) {
+      const Index i = k % (kCells + 1), j = k / (kCells + 1);
+      const Vec3f p = kCell_m * Vec3f{static_cast<float>(i - kCells / 2), 0, static_cast<float>(j - kCells / 2)};
+      mesh.positions_m.push_back(p);
+      mesh.normals.push_back({0, 1, 0});
+      film.film_m.push_back(is_wet(p) ? 3e-4F : 0.F);
+      film.stain_m.push_back(0);
+    }
+    for (Index j = 0; j < kCells; ++j)
+      for (Index i = 0; i < kCells; ++i) {
+        const Index a = j * (kCells + 1) + i, b = a + 1, c = a + kCells + 1, d = c + 1;
+        mesh.triangles.push_back({a, c, b});
+        mesh.triangles.push_back({b, c, d});
+      }
+  }
+};
+
+/// A disc of 30 mm: its drawn edge, where it crosses edges of triangles, is a circle. Wet vertices alone make
+/// teeth of up to 4 mm; averages over 10 mm leave a twentieth of them.
+TEST(FilmLook, TheEdgeIsSmooth) {
+  WetPlate plate([](Vec3f p) { return length(p) < 0.03F; });
+  std::vector<std::uint8_t> is_crease(plate.mesh.positions_m.size());
+  const std::size_t before = plate.mesh.triangles.size();
+  lay_film(plate.mesh, is_crease, plate.film, [](const EdgeRefinement&) {});
+  EXPECT_GT(plate.mesh.triangles.size(), before) << "finer along the edge";
+  ASSERT_EQ(plate.film.edge_m.size(), plate.mesh.positions_m.size());
+  double sum = 0, squares = 0;
+  int n = 0;
+  for (const auto& t : plate.mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto a = static_cast<std::size_t>(t.at(k)), b = static_cast<std::size_t>(t.at((k + 1) % 3));
+      const float from = plate.film.edge_m[a], to = plate.film.edge_m[b];
+      if (!(from > 0 && to <= 0)) continue;
+      const float along = from / (from - to);
+      const double r = double{
+          length((1 - along) * plate.mesh.positions_m[a] + along * plate.mesh.positions_m[b])};
+      sum += r, squares += r * r, ++n;
+    }
+  ASSERT_GT(n, 100);
+  const double mean = sum / n, rms = std::sqrt(std::max(squares / n - mean * mean, 0.0));
+  std::printf("radius %.2f mm, RMS %.3f mm over %d places\n", 1e3 * mean, 1e3 * rms, n);
+  EXPECT_NEAR(mean, 0.031, 0.0015);
+  EXPECT_LT(rms, 0.0003);
+  for (std::size_t v = 0; v < plate.film.film_m.size(); ++v) {
+    if (plate.film.edge_m[v] <= 0) continue;
+    EXPECT_NEAR(plate.film.film_m[v], 3e-4F, 3e-5F) << "as thick up to its edge";
+  }
+}
+
+TEST(FilmLook, WhatIsDryStaysAsItIs) {
+  WetPlate plate([](Vec3f) { return false; });
+  std::vector<std::uint8_t> is_crease(plate.mesh.positions_m.size());
+  const TriangleMesh before = plate.mesh;
+  lay_film(plate.mesh, is_crease, plate.film, [](const EdgeRefinement&) {});
+  EXPECT_EQ(plate.mesh.triangles, before.triangles);
+  for (const float edge_m : plate.film.edge_m) EXPECT_LT(edge_m, 0);
+}
+
+/// Discs in a picture whose radius is from 0.45 to 1 spacing: particles that show as such.
+std::vector<cv::Vec3f> discs(const ColorImage& image, float spacing_px) {
+  cv::Mat grey(image.height_px, image.width_px, CV_8U);
+  for (Index y = 0; y < image.height_px; ++y)
+    for (Index x = 0; x < image.width_px; ++x) {
+      const Rgb8 c = image(x, y);
+      grey.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>((299 * c.r + 587 * c.g + 114 * c.b) / 1000);
+    }
+  std::vector<cv::Vec3f> found;
+  constexpr double kEdge = 80, kVotes = 16;
+  cv::HoughCircles(grey, found, cv::HOUGH_GRADIENT, 1, double{spacing_px}, kEdge, kVotes,
+                   static_cast<int>(0.45F * spacing_px), static_cast<int>(std::ceil(spacing_px)));
+  return found;
+}
+
+/// A circle whose middle and rim are tissue or what wets it: red, none of it the pale room.
+bool is_on_tissue(const ColorImage& image, const cv::Vec3f& circle) {
+  for (int k = 0; k < 9; ++k) {
+    const float r = k == 0 ? 0 : 1.5F * circle[2], angle = 0.785398F * static_cast<float>(k);
+    const auto x = static_cast<Index>(circle[0] + r * std::cos(angle)),
+               y = static_cast<Index>(circle[1] + r * std::sin(angle));
+    if (x < 0 || y < 0 || x >= image.width_px || y >= image.height_px) return false;
+    const Rgb8 c = image(x, y);
+    if (c.r < c.g + 20) return false;
+  }
+  return true;
+}
+
+/// The paper's figure 19 from near: 2.5 mm of a particle are 17 pixels.
+TEST(BloodPicture, NoDiscOfAParticlesSizeLiesOnTissue) {
+  if (const std::string why = Renderer::why_unavailable(); !why.empty()) GTEST_SKIP() << why;
+  Scene scene = read_scene(TACTUS_SOURCE_DIR "/scenes/fig19-bleeding.yaml");
+  DeviceSet devices("cpu");
+  const std::unique_ptr<FrameSource> source = open_scene_source(scene);
+  const BodyAssets assets = load_body_assets(scene);
+  const std::unique_ptr<Perception> perception = make_perception(devices, scene, source->rig(), assets);
+  World world(devices, scene, assets, perception.get());
+  SceneView view(scene, source->rig(), assets, world);
+  ViewCamera camera = view.camera();
+  camera.target_m = {0.075F, 0.437F, 0.01F};
+  camera.distance_m = 0.2F;
+  Renderer renderer({.width_px = 1280, .height_px = 720});
+  const float spacing_px = static_cast<float>(scene.fluid->spacing_m) * 360 /
+                           (std::tan(0.5F * camera.fov_rad) * camera.distance_m);
+  FrameSet frame;
+  double last_s = 0;
+  for (int k = 0; k <= 60 && source->next(frame) == NextFrame::success; ++k) {
+    const double dt_s = k == 0 ? 0 : frame.time_s - last_s;
+    world.set_surface(perception->observe(&frame, dt_s));
+    world.step(dt_s);
+    last_s = frame.time_s;
+    if (k != 20 && k != 40 && k != 60) continue;
+    view.show(world.snapshot(), {});
+    const ColorImage image = renderer.render(view.scene(), camera);
+    keep(image, "blood-" + std::to_string(k));
+    for (const cv::Vec3f& circle : discs(image, spacing_px))
+      EXPECT_FALSE(is_on_tissue(image, circle))
+          << "frame " << k << ": at (" << circle[0] << ", " << circle[1] << "), radius " << circle[2];
+  }
+}
+
+/// What is counted is there to be found: bright discs of that size, painted on red.
+TEST(BloodPicture, PaintedDiscsAreFound) {
+  ColorImage image(320, 240, {140, 50, 50});
+  for (const Vec2i at : {Vec2i{80, 80}, Vec2i{200, 120}})
+    for (Index y = -12; y <= 12; ++y)
+      for (Index x = -12; x <= 12; ++x)
+        if (x * x + y * y <= 144) image(at.x + x, at.y + y) = {230, 120, 120};
+  int found = 0;
+  for (const cv::Vec3f& circle : discs(image, 17)) found += is_on_tissue(image, circle) ? 1 : 0;
+  EXPECT_EQ(found, 2);
+}
+
+}  // namespace
+}  // namespace tactus
