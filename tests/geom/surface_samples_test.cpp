@@ -75,7 +75,8 @@ TEST(SurfaceSamples, TheGradientIsTheWeights) {
   half(10.2F, slope);
   const double step = 3e-2;
   const double difference =
-      (half(10.2F + static_cast<float>(step), ignored) - half(10.2F - static_cast<float>(step), ignored)) / 2 / step;
+      (half(10.2F + static_cast<float>(step), ignored) - half(10.2F - static_cast<float>(step), ignored)) /
+      2 / step;
   EXPECT_NEAR(double{slope.x}, difference, 0.01 * difference);
 }
 
@@ -110,7 +111,8 @@ TEST(RefineEdges, ARoundSurfaceStaysRound) {
   ASSERT_EQ(ball.positions_m.size(), first + made.ends.size());
   for (std::size_t k = 0; k < made.ends.size(); ++k) {
     const auto [a, b] = made.ends[k];
-    const Vec3f from = old.positions_m[static_cast<std::size_t>(a)], to = old.positions_m[static_cast<std::size_t>(b)];
+    const Vec3f from = old.positions_m[static_cast<std::size_t>(a)],
+                to = old.positions_m[static_cast<std::size_t>(b)];
     const float radius = 0.5F * (length(from) + length(to));
     chords += std::abs(double{radius - length(0.5F * (from + to))});
     curves += std::abs(double{radius - length(ball.positions_m[first + k])});

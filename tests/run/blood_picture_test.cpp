@@ -32,7 +32,8 @@ struct WetPlate {
     constexpr float kCell_m = 0.004F;
     for (Index k = 0; k < (kCells + 1) * (kCells + 1); ++k) {
       const Index i = k % (kCells + 1), j = k / (kCells + 1);
-      const Vec3f p = kCell_m * Vec3f{static_cast<float>(i - kCells / 2), 0, static_cast<float>(j - kCells / 2)};
+      const Vec3f p =
+          kCell_m * Vec3f{static_cast<float>(i - kCells / 2), 0, static_cast<float>(j - kCells / 2)};
       mesh.positions_m.push_back(p);
       mesh.normals.push_back({0, 1, 0});
       film.film_m.push_back(is_wet(p) ? 3e-4F : 0.F);
@@ -64,8 +65,8 @@ TEST(FilmLook, TheEdgeIsSmooth) {
       const float from = plate.film.edge_m[a], to = plate.film.edge_m[b];
       if (!(from > 0 && to <= 0)) continue;
       const float along = from / (from - to);
-      const double r = double{
-          length((1 - along) * plate.mesh.positions_m[a] + along * plate.mesh.positions_m[b])};
+      const double r =
+          double{length((1 - along) * plate.mesh.positions_m[a] + along * plate.mesh.positions_m[b])};
       sum += r, squares += r * r, ++n;
     }
   ASSERT_GT(n, 100);

@@ -161,8 +161,9 @@ TEST_F(LiquidPicture, ASteadyJetStandsStill) {
     for (int i = -2; i <= 2; ++i)
       for (int k = -2; k <= 2; ++k)
         if (i * i + k * k <= 4)
-          stream.push_back(kSpacing * (Vec3f{static_cast<float>(i), static_cast<float>(layer), static_cast<float>(k)} +
-                                       0.15F * Vec3f{noise(), noise(), noise()}));
+          stream.push_back(kSpacing *
+                           (Vec3f{static_cast<float>(i), static_cast<float>(layer), static_cast<float>(k)} +
+                            0.15F * Vec3f{noise(), noise(), noise()}));
   ViewScene scene{.ground = false};
   scene.liquids.push_back({.spacing_m = kSpacing});
   const ViewCamera camera{.target_m = {0, 0.24F, 0}, .distance_m = 0.4F, .elevation_rad = 0.2F};
@@ -193,8 +194,8 @@ TEST_F(LiquidPicture, ADropOnWetTissueIsACap) {
   ViewMesh plate{.name = "plate", .material = {.color = {0.8F, 0.5F, 0.5F}}};
   plate.film.emplace();
   for (int k = 0; k < 41 * 41; ++k) {
-    plate.mesh.positions_m.push_back(0.5F * kSpacing *
-                                     Vec3f{static_cast<float>(k % 41 - 20), 0, static_cast<float>(k / 41 - 20)});
+    plate.mesh.positions_m.push_back(
+        0.5F * kSpacing * Vec3f{static_cast<float>(k % 41 - 20), 0, static_cast<float>(k / 41 - 20)});
     plate.mesh.normals.push_back({0, 1, 0});
     plate.film->film_m.push_back(1e-4F);
     plate.film->stain_m.push_back(0);
@@ -217,8 +218,8 @@ TEST_F(LiquidPicture, ADropOnWetTissueIsACap) {
   const std::vector<float> depths = renderer.depths_m();
   for (Index y = 0; y < kHeight; ++y)
     for (Index x = 0; x < kWidth; ++x) {
-      const Vec3f ray{tangent * (2 * (x + 0.5F) - kWidth) / kHeight, tangent * (kHeight - 2 * (y + 0.5F)) / kHeight,
-                      -1};
+      const Vec3f ray{tangent * (2 * (x + 0.5F) - kWidth) / kHeight,
+                      tangent * (kHeight - 2 * (y + 0.5F)) / kHeight, -1};
       const Vec3f p = T_world_cam * (depths[static_cast<std::size_t>(y * kWidth + x)] * ray);
       highest = max(highest, p.y);
       covered += p.y > 0.05F * kSpacing ? 1 : 0;

@@ -108,7 +108,8 @@ void lay_film(TriangleMesh& surface, std::vector<std::uint8_t>& is_crease, ViewF
     });
     if (made.ends.empty()) break;
     const std::size_t first = film.film_m.size();
-    for (std::vector<float>* m : {&film.film_m, &film.stain_m, &film.edge_m}) m->resize(surface.positions_m.size());
+    for (std::vector<float>* m : {&film.film_m, &film.stain_m, &film.edge_m})
+      m->resize(surface.positions_m.size());
     for (std::size_t v = first; v < film.film_m.size(); ++v) lay(v);
     refined(made);
   }

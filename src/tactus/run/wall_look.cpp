@@ -110,7 +110,8 @@ ViewFlesh part_walls(TriangleMesh& surface, const CutWalls& walls, std::vector<I
   const auto rest_m = [&](Index v) { return walls.rest_m[at(place[at(v)])]; };
 
   const float far_m = kFar * walls.spacing_m;
-  ViewFlesh flesh{.lip = surface.normals, .grain_m = kGrain * walls.spacing_m, .lip_m = kLip * walls.spacing_m};
+  ViewFlesh flesh{
+      .lip = surface.normals, .grain_m = kGrain * walls.spacing_m, .lip_m = kLip * walls.spacing_m};
   for (Index v = 0; v < static_cast<Index>(place.size()); ++v) {
     flesh.rest_m.push_back(rest_m(v));
     flesh.depth_m.push_back(-far_m);

@@ -12,9 +12,9 @@
 namespace tactus {
 namespace {
 
-/// How far the smoothed front of a crowd's balls is in front of the liquid, whose surface is half a spacing from the outermost
-/// particles. The mean height of balls on a square lattice is 0.683, so it is 0.183 for a plane. From a ball
-/// of ten spacings the filter takes 2 x 0.8^2 / 20 = 0.064: half of that is allowed for.
+/// How far the smoothed front of a crowd's balls is in front of the liquid, whose surface is half a spacing
+/// from the outermost particles. The mean height of balls on a square lattice is 0.683, so it is 0.183 for a
+/// plane. From a ball of ten spacings the filter takes 2 x 0.8^2 / 20 = 0.064: half of that is allowed for.
 constexpr float kLift = 0.15F;
 
 GlTexture make_texture(GLenum format, GLsizei width_px, GLsizei height_px) {
@@ -114,8 +114,8 @@ void GlLiquid::find_tiles(const LiquidProjection& view) {
       tiles_.push_back({static_cast<float>(k % across), static_cast<float>(k / across)});
 }
 
-void GlLiquid::draw_maps(const ViewLiquid& liquid, std::vector<LiquidBall> balls, const LiquidProjection& view,
-                         GLuint drawn) {
+void GlLiquid::draw_maps(const ViewLiquid& liquid, std::vector<LiquidBall> balls,
+                         const LiquidProjection& view, GLuint drawn) {
   balls_ = std::move(balls);
   find_tiles(view);
   if (tiles_.empty()) return;

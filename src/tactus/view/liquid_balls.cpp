@@ -10,8 +10,8 @@ std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 constexpr float kCrowdRadius = 0.8F;  // in spacings: leaves no hole between four a spacing apart
 constexpr float kLoneRadius = 0.62F;  // a ball of the particle's volume
-constexpr float kCrowd = 12;          // neighbours, the nearer the more, of a particle in a crowd: 17 lie on a plane
-constexpr float kNeighbour = 2;       // reach, in spacings
+constexpr float kCrowd = 12;  // neighbours, the nearer the more, of a particle in a crowd: 17 lie on a plane
+constexpr float kNeighbour = 2;  // reach, in spacings
 
 /// Points by hashed cells, in compact lists.
 class Cells {
@@ -43,7 +43,9 @@ class Cells {
 
  private:
   Vec3i cell_of(Vec3f p) const {
-    const auto along = [&](float v) { return static_cast<Index>(std::floor(clamp(v * per_m_, -1e9F, 1e9F))); };
+    const auto along = [&](float v) {
+      return static_cast<Index>(std::floor(clamp(v * per_m_, -1e9F, 1e9F)));
+    };
     return {along(p.x), along(p.y), along(p.z)};
   }
   std::size_t hash(Vec3i c) const {

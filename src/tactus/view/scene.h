@@ -68,11 +68,11 @@ struct ViewFilm {
 
 /// The flesh of a body that was cut, seen on walls of cuts.
 struct ViewFlesh {
-  std::vector<Vec3f> rest_m{};    ///< where each vertex is at rest: fibres lie still in the flesh
-  std::vector<float> depth_m{};   ///< distance of each of a wall's to the cut's rim; < 0 on skin
-  std::vector<Vec3f> lip{};       ///< normal of the skin at the rim, where it is nearest
-  float grain_m = 0.001F;         ///< width of a fibre, > 0
-  float lip_m = 0.001F;           ///< so wide a wall is round at its rim, > 0
+  std::vector<Vec3f> rest_m{};   ///< where each vertex is at rest: fibres lie still in the flesh
+  std::vector<float> depth_m{};  ///< distance of each of a wall's to the cut's rim; < 0 on skin
+  std::vector<Vec3f> lip{};      ///< normal of the skin at the rim, where it is nearest
+  float grain_m = 0.001F;        ///< width of a fibre, > 0
+  float lip_m = 0.001F;          ///< so wide a wall is round at its rim, > 0
 };
 
 struct ViewMesh {

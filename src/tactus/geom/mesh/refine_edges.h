@@ -59,7 +59,8 @@ EdgeRefinement refine_edges(TriangleMesh& mesh, std::vector<std::uint8_t>& is_cr
     const std::array<Index, 3> corners = mesh.triangles[t];
     std::array<Index, 3> half{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const Index a = std::min(corners[k], corners[(k + 1) % 3]), b = std::max(corners[k], corners[(k + 1) % 3]);
+      const Index a = std::min(corners[k], corners[(k + 1) % 3]),
+                  b = std::max(corners[k], corners[(k + 1) % 3]);
       Index& known = halves.of(a, b);
       if (known == refine::Halves::kUnknown) {
         known = refine::Halves::kWhole;

@@ -55,8 +55,8 @@ class SurfaceSamples {
   float reach_m_, cell_m_;
   Vec3f low_m_{};
   Vec3i cells_{1, 1, 1};
-  std::vector<Sample> samples_;      ///< by cells
-  std::vector<std::size_t> first_;   ///< per cell, and the end
+  std::vector<Sample> samples_;     ///< by cells
+  std::vector<std::size_t> first_;  ///< per cell, and the end
 };
 
 }  // namespace tactus
