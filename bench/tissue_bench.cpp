@@ -33,7 +33,7 @@ nlohmann::json row(DeviceSet& devices, const TissueCase& body, double bandwidth_
                      .flsm = body.matched,
                      .conditions = {body.motions, {}, nullptr}},
                     {.least_elements = 0});
-  const int count = body.frame_s > 0 ? tissue.substeps_for(body.frame_s) : kSubsteps;
+  const int count = body.frame_s > 0 ? tissue.model().substeps_for(body.frame_s) : kSubsteps;
   const int per_row = body.frame_s > 0 ? count : 1;  // substeps in the row's times
   BodyStep step{.dt_s = body.step_s > 0 ? body.step_s : tissue.stable_step_s(),
                 .matching_every = body.matching_every};

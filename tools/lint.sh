@@ -50,6 +50,7 @@ if [ -n "$base" ] && long=$(git log --since=2026-11-27T09:00Z --format=%s "$base
   failed=1
 fi
 python3 tools/lint_includes.py || failed=1
+python3 tools/class_sizes.py || failed=1
 python3 tools/lint_prose.py || failed=1
 
 # Headers around CUDA's own need its toolkit; nvcc compiles those.

@@ -23,6 +23,17 @@ ALLOWED = {
 INCLUDE = re.compile(r'#include "tactus/(\w+)/')
 PATH = re.compile(r'#include "([^"]+)"')
 LIBM = re.compile(r"\b(std::(sin|cos|tan|exp|log|pow|sqrt|atan2?|fma)|(?<![\w:.])(sinf|cosf|expf|logf|powf|sqrtf))\s*\(")
+# What kernels do is compiled where they are launched: only headers of kernels, .cu and .cpp files include headers of kernels.
+KERNEL_INCLUDE = re.compile(r'#include "tactus/((?:\w+/)*(?:\w+_kernels|element_forces|cube_forces|material_laws)\.h)"')
+# Headers that others launch kernels through, as templates do, or that kernels and classes still share. None is to be added.
+MAY_INCLUDE_KERNELS = {
+    "multi_device/halo.h", "frame/readback.h", "geom/search/cell_list.h", "geom/search/neighbour_lists.h", "geom/search/neighbour_search.h",
+    "contact/body_points.h", "contact/contact.h", "contact/pairs/pair_weights.h", "contact/point_query.h", "contact/real/real_surface.h",
+    "contact/real/sample_level.h", "contact/real/surface_report.h", "contact/surface_triangles.h", "contact/walls/active_walls.h",
+    "contact/walls/near_surface.h", "fluid/film/film.h", "fluid/film/film_exchange.h", "fluid/liquid.h", "fluid/liquid_part.h",
+    "fluid/wounds.h", "reconstruct/depth/depth_stage.h", "reconstruct/hull_check.h", "reconstruct/hull_plan.h",
+    "reconstruct/silhouette_stage.h", "reconstruct/texture/surface_texture.h", "reconstruct/texture/view_scores.h",
+}
 CUDA_WORD = re.compile(r"__CUDACC__|__CUDA_ARCH__|__device__|__global__")
 
 
@@ -32,8 +43,11 @@ def check(root: pathlib.Path) -> list[str]:
         if file.suffix not in {".h", ".cpp", ".cu", ".cuh"}:
             continue
         module = file.relative_to(root).parts[2]
+        name = "/".join(file.relative_to(root).parts[2:])
         is_public = file.is_relative_to(root / "include")
         is_kernels = file.name.endswith("_kernels.h")
+        # Templates of kernels, too.
+        includes_kernels = (file.suffix != ".h" or name in MAY_INCLUDE_KERNELS or KERNEL_INCLUDE.match(f'#include "tactus/{name}"'))
         for number, line in enumerate(file.read_text().splitlines(), 1):
             where = f"{file.relative_to(root)}:{number}"
             code = line.split("//")[0]
@@ -43,6 +57,8 @@ def check(root: pathlib.Path) -> list[str]:
                     problems.append(f"{where}: {module} must not include {target}")
                 if is_public and not (root / "include" / PATH.search(line).group(1)).is_file():
                     problems.append(f"{where}: a public header includes public ones alone: the others are not installed")
+            if not includes_kernels and (m := KERNEL_INCLUDE.search(line)):
+                problems.append(f"{where}: {m.group(1)} holds kernels: include it in the .cpp that launches them")
             if CUDA_WORD.search(code) and module not in {"base", "compute"}:
                 problems.append(f"{where}: CUDA words belong in base/ and compute/")
             if is_kernels and LIBM.search(code):
@@ -60,6 +76,10 @@ FIXTURES = [
     ("base/a.h", '#include "tactus/compute/view.h"', "base must not include compute"),
     ("include/tactus/world/a.h", '#include "tactus/sim/body/soft_body.h"', "public ones alone"),
     ("geom/a.h", '#include "tactus/base/vec.h"', None),
+    ("tissue/a.h", '#include "tactus/tissue/tled/element_forces.h"', "holds kernels"),
+    ("geom/a.h", '#include "tactus/geom/b_kernels.h"', "holds kernels"),
+    ("geom/a_kernels.h", '#include "tactus/geom/b_kernels.h"', None),
+    ("geom/a.cpp", '#include "tactus/geom/b_kernels.h"', None),
     ("geom/a_kernels.h", "y = std::sqrt(x);", "not libm"),
     ("geom/a_kernels.h", "y = expf(x);", "not libm"),
     ("geom/a_kernels.h", "y = tactus::sqrt(x);  // not std::sqrt(x)", None),

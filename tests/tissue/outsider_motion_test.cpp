@@ -32,7 +32,7 @@ double loss_of_turning(const CubeLattice& lattice, const ElementMask& elements, 
   for (const Vec3f p : x) v.push_back(cross(turn, p - middle));
   body.set_state(x, v);
   const float dt_frame = 1.F / 30;
-  const int count = body.substeps_for(dt_frame) + 1;
+  const int count = body.model().substeps_for(dt_frame) + 1;
   double first = 0, last = 0;
   for (int frame = 0; frame <= 270; ++frame) {
     if (frame == 0) {

@@ -90,7 +90,7 @@ Played on_slabs(DeviceSet& devices, const Column& column, const Case& c, BodySol
       body->step(step, c.substeps);
       body->end_frame(c.substeps);
     });
-    played.forces_N.push_back(body->motion_forces_N(double{step.dt_s} * c.substeps));
+    played.forces_N.push_back(body->motion_forces(double{step.dt_s} * c.substeps).forces_N);
   }
   played.x_m = to_host(devices.context(0), body->body().x_m.const_view());
   played.v_m_s = to_host(devices.context(0), body->body().v_m_s.const_view());

@@ -9,22 +9,10 @@
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/fold.h"
 #include "tactus/fluid/flow_kernels.h"
+#include "tactus/fluid/wound_piece.h"
 #include "tactus/geom/search/neighbour_cells.h"
 
 namespace tactus {
-
-/// A piece of the wall of a cut. Those of both sides are neighbours in a list: 2 k and 2 k + 1. It moves with
-/// a cube, or a copy of one: places are in that cube, in spacings.
-struct WoundPiece {
-  Index node[8] = {};  ///< of the cube, corner q at (q & 1, q >> 1 & 1, q >> 2)
-  Vec3f local;
-  Vec3f along, across;  ///< of the wall; their cross product points out of the body
-  Vec3f rim;            ///< at_skin: half a particle's spacing outside of the skin, beside the cut
-  float area_m2 = 0;    ///< at rest
-  float factor = 1;     ///< of the rate
-  Index stroke = 0;     ///< that made it
-  Index at_skin = 0;    ///< 1: it is nearer to the skin than a spacing
-};
 
 /// How a piece goes on.
 struct WoundState {
@@ -40,9 +28,6 @@ struct WoundLedger {
   std::uint64_t emitted = 0;  ///< particles
   TACTUS_HD std::uint64_t waiting() const { return (due >> 32U) - emitted; }
 };
-
-/// Strokes of a body that have ledgers of their own. Later ones share the last.
-inline constexpr Index kStrokes = 64;
 
 /// Bits that look random.
 TACTUS_HD inline std::uint32_t scattered(std::uint32_t i) {

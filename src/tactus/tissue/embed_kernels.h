@@ -6,18 +6,9 @@
 #include "tactus/compute/kernel.h"
 #include "tactus/geom/arrays/index_lists.h"
 #include "tactus/geom/arrays/set_values.h"
+#include "tactus/tissue/embedding.h"
 
 namespace tactus::embed {
-
-/// Where a vertex sits: a cube and local coordinates, in [0, 1] inside it.
-struct Anchor {
-  Index cube = 0;
-  Vec3f local{};
-};
-/// Node ids of one cube, corner q at (q & 1, q >> 1 & 1, q >> 2).
-struct CubeNodes {
-  Index node[8] = {};
-};
 
 /// x = sum_8 phi_j(X) x_j [P 15], phi trilinear in the rest cube.
 struct MoveVertices {
@@ -60,11 +51,7 @@ struct GatherNormals {
 };
 
 struct SetTriangles {
-  struct Change {
-    Index triangle = 0;
-    Index vertex[3] = {};
-  };
-  View<const Change> changes;
+  View<const TriangleChange> changes;
   View<Index> triangles;
   TACTUS_HD void operator()(Index i) const {
     for (int k = 0; k < 3; ++k) triangles[3 * changes[i].triangle + k] = changes[i].vertex[k];

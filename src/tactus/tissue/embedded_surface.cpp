@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tactus/base/error.h"
+#include "tactus/tissue/embed_kernels.h"
 
 namespace tactus {
 namespace {
@@ -222,7 +223,7 @@ EmbeddedSurface::EmbeddedSurface(ExecContext& ctx, const CubeLattice& lattice, c
   host_triangles_.resize(at(corners) / 3);
   is_changed_.resize(host_triangles_.size());
   new_anchors_ = Buffer<SetValues<embed::Anchor>::Change>(ctx.device(), vertices);
-  new_triangles_ = Buffer<embed::SetTriangles::Change>(ctx.device(), corners / 3);
+  new_triangles_ = Buffer<embed::TriangleChange>(ctx.device(), corners / 3);
   new_cubes_ =
       Buffer<SetValues<embed::CubeNodes>::Change>(ctx.device(), static_cast<Index>(lattice.copies.size()));
   take_capacity_for_frame(ctx, std::min(lattice.copies.size() / 2, cut::kFrameSplits));

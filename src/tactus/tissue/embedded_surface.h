@@ -5,7 +5,7 @@
 #include "tactus/geom/mesh/mesh.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/cut/flat_lists.h"
-#include "tactus/tissue/embed_kernels.h"
+#include "tactus/tissue/embedding.h"
 #include "tactus/tissue/topology_change.h"
 
 namespace tactus {
@@ -103,10 +103,10 @@ class EmbeddedSurface {
   std::vector<Index> list_;
   cut::IndexSet changed_vertices_;
   std::vector<SetValues<embed::Anchor>::Change> anchor_changes_;
-  std::vector<embed::SetTriangles::Change> triangle_changes_;
+  std::vector<embed::TriangleChange> triangle_changes_;
   std::vector<SetValues<embed::CubeNodes>::Change> cube_changes_;
   Buffer<SetValues<embed::Anchor>::Change> new_anchors_;
-  Buffer<embed::SetTriangles::Change> new_triangles_;
+  Buffer<embed::TriangleChange> new_triangles_;
   Buffer<SetValues<embed::CubeNodes>::Change> new_cubes_;
 };
 

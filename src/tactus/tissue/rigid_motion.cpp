@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tactus/tissue/rigid_motion_kernels.h"
+
 namespace tactus {
 namespace {
 

@@ -6,7 +6,7 @@
 #include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/body_state.h"
-#include "tactus/tissue/rigid_motion_kernels.h"
+#include "tactus/tissue/motion_sums.h"
 
 namespace tactus {
 

@@ -1,24 +1,9 @@
 #pragma once
 /// A change of a body's topology, on a device that has all of it or a slab.
 #include "tactus/geom/maths/held_axes.h"
-#include "tactus/tissue/embed_kernels.h"
-#include "tactus/tissue/tled/tled_kernels.h"
+#include "tactus/tissue/changed_element.h"
 
 namespace tactus::cut {
-
-/// Ids are those of the device's part of the body; places of its virtual elements come behind regular ones.
-struct LocalCopy {
-  Index copy = 0;    ///< place in the virtual elements
-  Index parent = 0;  ///< cube
-  embed::CubeNodes nodes;
-  tled::Stiffness stiffness;
-};
-struct LocalNode {
-  Index node = 0;
-  Index from = -1;  ///< -1: it is not new
-  float mass_kg = 0;
-  Index fixed = 0;  ///< HeldAxes
-};
 
 /// Cubes that are no more have no stiffness, and no stress that has to fade.
 struct ClearCubes {

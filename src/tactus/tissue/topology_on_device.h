@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tactus/compute/exec_context.h"
-#include "tactus/tissue/topology_kernels.h"
+#include "tactus/tissue/changed_element.h"
 
 namespace tactus {
 

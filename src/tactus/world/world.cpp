@@ -357,8 +357,7 @@ std::vector<BodyMonitors> World::Impl::monitors() {
 std::vector<std::vector<MotionForce>> World::Impl::motion_forces() {
   std::vector<std::vector<MotionForce>> all;
   for (const auto& body : bodies_) {
-    const std::vector<Vec3d> forces_N = body->motion_forces_N(last_dt_s_),
-                             torques_N_m = body->motion_torques_N_m(last_dt_s_);
+    const auto [forces_N, torques_N_m] = body->motion_forces(last_dt_s_);
     std::vector<MotionForce>& of_body = all.emplace_back();
     for (std::size_t m = 0; m < forces_N.size(); ++m) of_body.push_back({forces_N[m], torques_N_m[m]});
   }

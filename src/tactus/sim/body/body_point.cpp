@@ -7,6 +7,7 @@
 #include "tactus/base/error.h"
 #include "tactus/geom/mesh/closest_point.h"
 #include "tactus/geom/mesh/point_in_mesh.h"
+#include "tactus/tissue/embed_kernels.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {

@@ -6,7 +6,7 @@
 
 #include "tactus/sim/body/body_shape.h"
 #include "tactus/tissue/body_monitors.h"
-#include "tactus/tissue/embed_kernels.h"
+#include "tactus/tissue/embedding.h"
 
 namespace tactus {
 

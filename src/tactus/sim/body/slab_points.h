@@ -5,7 +5,7 @@
 #include "tactus/contact/contact_on_devices.h"
 #include "tactus/contact/contact_points.h"
 #include "tactus/frame/readback.h"
-#include "tactus/tissue/embed_kernels.h"
+#include "tactus/tissue/embedding.h"
 #include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tactus/contact/walls/wall_mesh.h"
-#include "tactus/fluid/wound_kernels.h"
+#include "tactus/fluid/wound_piece.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/body/body_point.h"
 #include "tactus/sim/body/body_shape.h"
@@ -58,11 +58,9 @@ class SoftBody {
   void stop_nodes(ExecContext& ctx, double ago_s);
   /// Takes from the velocity of each node. Synchronizes.
   void slow_nodes(ExecContext& ctx, std::span<const Vec3d> by_m_s);
-  /// Per moved region, in the description's order: mean force on the body over the last frame [N].
+  /// Per moved region, in the description's order: mean force and torque on the body over the last frame.
   /// Synchronizes.
-  std::vector<Vec3d> motion_forces_N(double dt_frame_s) { return tissue_.motion_forces_N(dt_frame_s); }
-  /// Likewise, mean torque about the axis' pivot [N m].
-  std::vector<Vec3d> motion_torques_N_m(double dt_frame_s) { return tissue_.motion_torques_N_m(dt_frame_s); }
+  BodySolver::MotionForces motion_forces(double dt_frame_s) { return tissue_.motion_forces(dt_frame_s); }
   /// Between frames: Young's modulus of the body, and those of its regions in proportion; and its drag. Other
   /// parts of a material can't change. A recorded frame must be recorded anew.
   void set_young_modulus_Pa(double young_Pa);

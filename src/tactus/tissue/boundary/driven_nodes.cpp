@@ -5,6 +5,7 @@
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
+#include "tactus/tissue/boundary/motion_kernels.h"
 
 namespace tactus {
 namespace {

@@ -3,9 +3,10 @@
 #include <limits>
 #include <string>
 
+#include "tactus/frame/frame_params.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/tissue/body_state.h"
-#include "tactus/tissue/boundary/motion_kernels.h"
+#include "tactus/tissue/boundary/boundary_data.h"
 
 namespace tactus {
 

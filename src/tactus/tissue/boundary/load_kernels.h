@@ -1,26 +1,10 @@
 #pragma once
 /// Forces on the surface of a body.
 #include "tactus/frame/frame_params.h"
+#include "tactus/tissue/boundary/boundary_data.h"
 #include "tactus/tissue/boundary/time_curve.h"
-#include "tactus/tissue/embed_kernels.h"
 
 namespace tactus::boundary {
-
-struct LoadKey {
-  double time_s = 0, factor = 1;
-};
-
-struct LoadCurve {
-  Index begin = 0, end = 0;  ///< its keyframes
-};
-
-/// Forces of one load on the part of the surface that sits in one cube.
-struct LoadedCube {
-  embed::CubeNodes nodes;
-  Index load = 0;
-  Vec3f force_N;    ///< with factor 1, its direction stays
-  Vec3f pressed_N;  ///< pressure times the part's area vector at rest, out of the body, goes with it [N]
-};
 
 /// Factors of all loads at the middle of the substep, and time goes on: one thread.
 struct StepLoads {
@@ -67,12 +51,8 @@ struct LoadCubes {
 
 /// Nodes gather the forces of their cubes' parts, in a fixed order.
 struct GatherLoads {
-  struct Share {
-    Index part = 0;  ///< of the loaded cubes
-    float weight = 0;
-  };
   View<const Index> node, begin;  ///< (loaded nodes + 1) into shares
-  View<const Share> shares;
+  View<const LoadShare> shares;
   View<const Vec3f> part_force_N;
   View<Vec3f> f_ext_N;
   TACTUS_HD void operator()(Index j) const {

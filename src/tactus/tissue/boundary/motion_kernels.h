@@ -2,33 +2,10 @@
 /// Nodes that follow a given motion: p(t) = pivot + R(axis, angle(t)) (rest - pivot) + displacement(t).
 #include "tactus/frame/frame_params.h"
 #include "tactus/geom/maths/held_axes.h"
+#include "tactus/tissue/boundary/boundary_data.h"
 #include "tactus/tissue/boundary/time_curve.h"
 
 namespace tactus::boundary {
-
-struct MotionKey {
-  double time_s = 0;
-  Vec3d displacement_m;
-  double angle_rad = 0;
-};
-
-/// Motion of one set of nodes.
-struct Motion {
-  Index begin = 0, end = 0;  ///< its keyframes
-  Vec3f axis{0, 1, 0};       ///< unit, world
-  Vec3f pivot_m;             ///< world
-  double release_s = 0;      ///< free from then on
-};
-
-/// A motion over one substep.
-struct MotionStep {
-  Vec3f shift_m;                   ///< at the end
-  Mat3f turn = Mat3f::identity();  ///< at the end
-  Vec3f velocity_m_s;              ///< mean, of the pivot
-  Vec3f spin_rad_s;                ///< so that spin x (half_turn arm) is the mean velocity that turning gives
-  Mat3f half_turn = Mat3f::identity();  ///< in the middle
-  Index released = 0;
-};
 
 /// All motions, and time goes on: one thread.
 struct StepMotions {

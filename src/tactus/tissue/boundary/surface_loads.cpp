@@ -8,6 +8,7 @@
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
+#include "tactus/tissue/boundary/load_kernels.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -102,7 +103,7 @@ SurfaceLoads::SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const T
   std::vector<boundary::LoadCurve> curves;
   std::vector<boundary::LoadKey> keys;
   std::vector<boundary::LoadedCube> loaded;
-  std::map<Index, std::vector<boundary::GatherLoads::Share>> of_node;
+  std::map<Index, std::vector<boundary::LoadShare>> of_node;
   for (const SurfaceLoad& load : loads) {
     check_load(load);
     const auto begin = static_cast<Index>(keys.size()), index = static_cast<Index>(curves.size());
@@ -127,7 +128,7 @@ SurfaceLoads::SurfaceLoads(ExecContext& ctx, const CubeLattice& lattice, const T
     nodes_of_.emplace_back(sharing.begin(), sharing.end());
   }
   std::vector<Index> nodes, begin{0};
-  std::vector<boundary::GatherLoads::Share> shares;
+  std::vector<boundary::LoadShare> shares;
   for (const auto& [node, own] : of_node) {
     nodes.push_back(node);
     shares.insert(shares.end(), own.begin(), own.end());

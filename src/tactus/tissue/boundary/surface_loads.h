@@ -2,10 +2,11 @@
 /// Forces, tractions and pressures on parts of a body's surface.
 #include <string>
 
+#include "tactus/frame/frame_params.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/geom/mesh/mesh.h"
 #include "tactus/tissue/body_state.h"
-#include "tactus/tissue/boundary/load_kernels.h"
+#include "tactus/tissue/boundary/boundary_data.h"
 
 namespace tactus {
 
@@ -50,7 +51,7 @@ class SurfaceLoads {
   Buffer<boundary::LoadedCube> loaded_;
   Buffer<Vec3f> part_force_N_;
   Buffer<Index> nodes_, begin_;
-  Buffer<boundary::GatherLoads::Share> shares_;
+  Buffer<boundary::LoadShare> shares_;
 };
 
 /// Area of some triangles [m^2].

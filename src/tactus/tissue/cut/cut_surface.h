@@ -12,7 +12,7 @@
 #include "tactus/tissue/cut/lattice_cutter.h"
 #include "tactus/tissue/cut/short_list.h"
 #include "tactus/tissue/cut/wall.h"
-#include "tactus/tissue/embed_kernels.h"
+#include "tactus/tissue/embedding.h"
 
 namespace tactus::cut {
 

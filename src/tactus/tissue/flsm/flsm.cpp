@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tactus/base/error.h"
+#include "tactus/tissue/flsm/flsm_kernels.h"
 
 namespace tactus {
 namespace {

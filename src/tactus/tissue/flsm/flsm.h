@@ -1,8 +1,10 @@
 #pragma once
 /// Fast lattice shape matching (Rivers & James 2007; [P 9-14]) with a material's stiffness.
+#include "tactus/frame/frame_params.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/tissue/body_state.h"
-#include "tactus/tissue/flsm/flsm_kernels.h"
+#include "tactus/tissue/flsm/flsm_regions.h"
+#include "tactus/tissue/flsm/step_parameters.h"
 
 namespace tactus {
 

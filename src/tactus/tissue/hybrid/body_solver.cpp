@@ -4,6 +4,9 @@
 #include <numeric>
 
 #include "tactus/base/error.h"
+#include "tactus/tissue/hybrid/hybrid_kernels.h"
+#include "tactus/tissue/summary_kernels.h"
+#include "tactus/tissue/topology_kernels.h"
 
 namespace tactus {
 namespace {
@@ -395,16 +398,13 @@ void BodySolver::stop() {
   }
 }
 
-std::vector<Vec3d> BodySolver::motion_forces_N(double dt_frame_s) {
-  std::vector<Vec3d> forces(motion_count_);
-  for (auto& part : parts_) part->boundary.driven().add_mean_forces_N(part->ctx, dt_frame_s, forces);
-  return forces;
-}
-
-std::vector<Vec3d> BodySolver::motion_torques_N_m(double dt_frame_s) {
-  std::vector<Vec3d> torques(motion_count_);
-  for (auto& part : parts_) part->boundary.driven().add_mean_torques_N_m(part->ctx, dt_frame_s, torques);
-  return torques;
+BodySolver::MotionForces BodySolver::motion_forces(double dt_frame_s) {
+  MotionForces all{std::vector<Vec3d>(motion_count_), std::vector<Vec3d>(motion_count_)};
+  for (auto& part : parts_) {
+    part->boundary.driven().add_mean_forces_N(part->ctx, dt_frame_s, all.forces_N);
+    part->boundary.driven().add_mean_torques_N_m(part->ctx, dt_frame_s, all.torques_N_m);
+  }
+  return all;
 }
 
 void BodySolver::set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {

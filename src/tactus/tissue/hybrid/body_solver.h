@@ -9,7 +9,6 @@
 #include "tactus/multi_device/halo.h"
 #include "tactus/tissue/boundary/boundary.h"
 #include "tactus/tissue/hybrid/hybrid.h"
-#include "tactus/tissue/hybrid/hybrid_kernels.h"
 #include "tactus/tissue/node_check.h"
 #include "tactus/tissue/rigid_motion.h"
 
@@ -78,13 +77,15 @@ class BodySolver {
   /// How fast the body turns as a whole in the coming frame: this turning is not damped
   /// (tissue/rigid_motion.h finds it). It has no effect on a body with fixed nodes. Asynchronous.
   void set_spin(Vec3d spin_rad_s);
-  /// Mean force of each motion on the body since begin_frame [N]. Synchronizes.
-  std::vector<Vec3d> motion_forces_N(double dt_frame_s);
-  /// Likewise, mean torque about the motion's pivot where it is then [N m].
-  std::vector<Vec3d> motion_torques_N_m(double dt_frame_s);
+  /// Mean force of each motion on the body since begin_frame, and mean torque about the motion's pivot where
+  /// it is then.
+  struct MotionForces {
+    std::vector<Vec3d> forces_N, torques_N_m;  ///< per motion, in the model's order
+  };
+  /// Synchronizes.
+  MotionForces motion_forces(double dt_frame_s);
   /// All nodes of the body on the first device, as end_frame left them; where that is the only device, the
   /// state that it steps.
-  BodyState& body() { return parts_.size() == 1 ? parts_.front()->state : body_; }
   const BodyState& body() const { return parts_.size() == 1 ? parts_.front()->state : body_; }
   /// Solver on the first device: its limits of steps hold for the body.
   const Hybrid& model() const { return parts_.front()->tissue; }
@@ -110,7 +111,6 @@ class BodySolver {
   /// Place of a node of the body that lies in `layer`; -1: it is not there.
   Index find(int p, Index node, Index layer) const;
   float stable_step_s() const { return parts_.front()->tissue.stable_step_s(); }
-  int substeps_for(float dt_frame_s) const { return parts_.front()->tissue.substeps_for(dt_frame_s); }
   /// @param x_m,v_m_s per node of the body. Synchronizes.
   void set_state(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s);
   /// A cut, between frames: its new nodes and copies take places that the body's lattice has capacity for.

@@ -280,7 +280,7 @@ void Hybrid::find_extremes(ExecContext& ctx, const BodyState& state) {
 
 tled::CubeExtremes Hybrid::in_body(const tled::CubeExtremes& found) const {
   if (!has_elements_) return {1, 0, 1, 0, 0};
-  tled::CubeExtremes of_body = tled::FindExtremes::counted_from(tled_.first_own_cube(), found);
+  tled::CubeExtremes of_body = found.counted_from(tled_.first_own_cube());
   for (Index* cube : {&of_body.fastest_cube, &of_body.smallest_cube})
     *cube += *cube < regular_cubes_ ? first_cube_ : first_copy_ - regular_cubes_;
   return of_body;

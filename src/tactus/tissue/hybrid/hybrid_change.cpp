@@ -1,6 +1,7 @@
 // How a solver takes a change of topology over.
 #include "tactus/base/error.h"
 #include "tactus/tissue/hybrid/body_solver.h"
+#include "tactus/tissue/topology_kernels.h"
 
 namespace tactus {
 

@@ -7,18 +7,13 @@
 /// functions that are large or used by several kernels.
 #include "tactus/frame/frame_params.h"
 #include "tactus/tissue/tled/material_laws.h"
+#include "tactus/tissue/tled/tled_data.h"
 
 namespace tactus::tled {
 
 /// Values of one cube as sums over its corners with the signs of x, y, z and their products.
 struct CubeModes {
   Vec3f x, y, z, xy, yz, xz, xyz;
-};
-
-/// Stiffness of cubes of one kind.
-struct alignas(16) Stiffness {
-  float mu_Pa = 0, lambda_Pa = 0;
-  float hourglass_N_m = 0;
 };
 
 /// Resistance to the hourglass modes of a cube with one integration point: energy as if strain varied

@@ -10,44 +10,6 @@
 
 namespace tactus::tled {
 
-/// Columns of cubes that are worked on side by side.
-inline constexpr int kLanes = 8;
-/// Most layers of nodes of a tile.
-inline constexpr int kMostLayers = 16;
-
-/// Cells of a dense box round the lattice: a node and the cube above, behind and right of it share one. Rows
-/// may be cut into segments that begin at whole lines of memory. From the second on their first cell is
-/// empty: a tile's own nodes are the others, and its first column is the last of the segment before.
-struct Grid {
-  static constexpr Index kSegment = 32;
-  Index stride_y = 0, stride_z = 0, cells = 0;
-  Index first = 0;         ///< of node 0, 0, 0
-  Index has_segments = 0;  ///< 1: then `first` is the first cell of one
-  TACTUS_HD Index cell(Vec3i p) const {
-    const Index gaps = has_segments != 0 ? (p.x - 1) / (kSegment - 1) : 0;
-    return first + p.x + gaps + p.y * stride_y + p.z * stride_z;
-  }
-  TACTUS_HD Index right_of(Index cell) const {
-    return cell + 1 + ((cell & (kSegment - 1)) == kSegment - 1 ? has_segments : 0);
-  }
-};
-
-/// Columns of cubes that one block walks: `groups` of kLanes along x times `rows` along y, `layers` of nodes
-/// up. Own nodes are those between columns: neighbouring tiles share a row and a column of cubes.
-struct Tile {
-  Index first = 0;  ///< cell below and before the first own node, or left of that, or the segment's empty one
-  Index shares = 0;  ///< 1: the first column is also the last of the tile to the left; 0: there is none
-  Index groups = 0, rows = 0, layers = 0;
-  Index active = 0;  ///< into the masks: one per layer of cubes, bit per group that holds a cube
-};
-
-/// Stiffness per cell, as its kind: few bytes, which counts most on a GPU.
-struct StiffnessKinds {
-  View<const std::uint16_t> kind;  ///< 0: no cube
-  View<const Stiffness> kinds;
-  TACTUS_HD Stiffness operator[](Index cell) const { return kinds[kind[cell]]; }
-};
-
 /// And in three fields, 0 without a cube: lanes of a CPU read neighbouring values best.
 struct StiffnessFields {
   View<const float> fields;

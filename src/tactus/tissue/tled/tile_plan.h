@@ -4,7 +4,7 @@
 
 #include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/multi_device/device_set.h"
-#include "tactus/tissue/tled/tled_kernels.h"
+#include "tactus/tissue/tled/tled_data.h"
 
 namespace tactus::tled {
 

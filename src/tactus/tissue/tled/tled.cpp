@@ -11,6 +11,9 @@
 #include "tactus/tissue/summary_kernels.h"
 #include "tactus/tissue/tled/damped_step.h"
 #include "tactus/tissue/tled/tile_plan.h"
+#include "tactus/tissue/tled/tled_kernels.h"
+#include "tactus/tissue/tled/virtual_element_kernels.h"
+#include "tactus/tissue/topology_kernels.h"
 
 namespace tactus {
 namespace {
@@ -278,6 +281,16 @@ void Tled::apply(ExecContext& ctx, const ChangeLists& change) {
   ctx.parallel_for("tled/set_masses", change.nodes.size(),
                    cut::SetCellMasses{change.nodes, cell_.const_view(), inverse_mass_per_kg_.view()});
   virtual_elements_.rebuild(ctx, change.copies_end, change.nodes_end);
+}
+
+template <class Cube>
+void tled::VirtualElements::find_forces(ExecContext& ctx, const Cube& cube, View<const float> x_m,
+                                        Index cells) {
+  using Kernel = CopyForces<Cube>;
+  const View<const Index> used = used_on_device_.const_view();
+  ctx.parallel_for(
+      "tled/copy_forces", Count(used.part(1, 1), copy_blocks(capacity())),
+      Kernel{corners_.const_view(), stiffness_.const_view(), x_m, f_N_.view(), used, cells, cube});
 }
 
 template <class Cube, class Sink>

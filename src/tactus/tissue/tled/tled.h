@@ -4,15 +4,22 @@
 #include <optional>
 #include <span>
 
+#include "tactus/frame/frame_params.h"
 #include "tactus/frame/state_archive.h"
+#include "tactus/geom/arrays/vector_fields.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/tissue/body_state.h"
 #include "tactus/tissue/tled/elastic_material.h"
-#include "tactus/tissue/tled/tled_kernels.h"
+#include "tactus/tissue/tled/tled_data.h"
 #include "tactus/tissue/tled/virtual_elements.h"
 #include "tactus/tissue/topology_on_device.h"
 
 namespace tactus {
+
+namespace tled {
+struct LoadPositions;
+struct MoveNodes;
+}  // namespace tled
 
 struct TledStep {
   float dt_s = 1e-4F;
@@ -85,7 +92,7 @@ class Tled {
   Index first_own_cube() const { return own_cubes_.begin; }
   /// Cubes as the lattice counts them. Synchronizes.
   tled::CubeExtremes extremes(ExecContext& ctx) const {
-    return tled::FindExtremes::counted_from(own_cubes_.begin, to_host(ctx, extremes())[0]);
+    return to_host(ctx, extremes())[0].counted_from(own_cubes_.begin);
   }
   /// Substeps that keep within stable_step_s() when waves are faster than at rest by this ratio.
   int substeps_for(float dt_frame_s, float speed_ratio = 1) const;

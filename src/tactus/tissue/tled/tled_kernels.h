@@ -36,16 +36,6 @@ struct LoadNodes {
   }
 };
 
-/// How many moves there were, as the host gave it or, with `frame`, as the device knows it.
-struct MoveCount {
-  Index count = 0;
-  View<const FrameParams> frame = {};
-  TACTUS_HD void load() {
-    if (!frame.empty()) count = frame[0].substeps;
-  }
-  TACTUS_HD bool is_odd() const { return (count & 1) != 0; }
-};
-
 /// And back. Fixed nodes have not moved.
 struct StoreNodes {
   View<const float> after_even_m, after_odd_m;  ///< positions ahead after so many moves, 3 fields each
@@ -133,15 +123,6 @@ struct MoveNodes {
   }
 };
 
-/// The worst of some cubes.
-struct CubeExtremes {
-  float speed_ratio;  ///< fastest wave over that at rest
-  Index fastest_cube;
-  float smallest_J;
-  Index smallest_cube;
-  Index inverted;  ///< cubes with J <= 0
-};
-
 /// How far strain has raised the wave speed, sqrt(((lambda + mu/max(J, 0.1)^2) |cof F|^2 + mu) / (lambda + 2
 /// mu)), and the smallest J, at the centres of cubes. One block, 256 cubes.
 struct FindExtremes {
@@ -188,11 +169,6 @@ struct FindExtremes {
   }
   TACTUS_HD static float largest_column2(const GradientColumns& m) {
     return max(dot(m.x, m.x), max(dot(m.y, m.y), dot(m.z, m.z)));
-  }
-  static CubeExtremes counted_from(Index first_cube, CubeExtremes e) {
-    e.fastest_cube += first_cube;
-    e.smallest_cube += first_cube;
-    return e;
   }
   /// A value that is not a number is worst, and stays; of equals the first.
   TACTUS_HD static CubeExtremes worse(const CubeExtremes& a, const CubeExtremes& b) {

@@ -6,11 +6,6 @@
 
 namespace tactus::tled {
 
-/// A copy's corners.
-struct CopyCells {
-  Index cell[8];
-};
-
 inline Index copy_blocks(Index copies) { return ceil_div(copies, Index{kLanes}); }
 
 /// Forces of each copy on its eight corners: the same modes as in ElementForces, summed in the same order. A
@@ -154,14 +149,6 @@ struct AddVirtualForces {
     const Index c = cell[corners.node_of(i)];
     const Vec3f of_tiles = c < first_virtual_cell ? vector_at(f_N, cells, c) : Vec3f{};
     store_vector(f_N, cells, c, of_tiles + corners.force(i));
-  }
-};
-
-/// Nodes that move on this device: some regular ones, and some of the virtual elements.
-struct OwnNodes {
-  Index begin = 0, end = 0, virtual_begin = 0, virtual_end = 0;
-  TACTUS_HD bool has(Index node) const {
-    return (node >= begin && node < end) || (node >= virtual_begin && node < virtual_end);
   }
 };
 

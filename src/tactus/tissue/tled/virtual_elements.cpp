@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "tactus/tissue/tled/virtual_element_kernels.h"
+
 namespace tactus::tled {
 
 VirtualElements::VirtualElements(ExecContext& ctx, std::span<const embed::CubeNodes> copies,
@@ -75,6 +77,10 @@ void VirtualElements::move(ExecContext& ctx, const MoveNodes& nodes_move, View<f
                                     .external_m_s2 = external_m_s2,
                                     .move = nodes_move,
                                     .first_virtual_cell = first_virtual_cell_});
+}
+
+CornersOfNodes VirtualElements::by_node() const {
+  return {first_.const_view(), node_.const_view(), corner_.const_view(), f_N_.const_view()};
 }
 
 void VirtualElements::add_to(ExecContext& ctx, View<float> f_N, Index cells) {

@@ -5,9 +5,13 @@
 
 #include "tactus/compute/exec_context.h"
 #include "tactus/frame/state_archive.h"
-#include "tactus/tissue/tled/virtual_element_kernels.h"
+#include "tactus/tissue/embedding.h"
+#include "tactus/tissue/tled/tled_data.h"
 
 namespace tactus::tled {
+
+struct CornersOfNodes;
+struct MoveNodes;
 
 /// Copies and their virtual nodes, on one device. Tled gives virtual nodes the cells behind its box, so
 /// kernels that load and store nodes need no second path. A substep sums the copies' forces node by node;
@@ -48,15 +52,9 @@ class VirtualElements {
   void rebuild(ExecContext& ctx, Index copies_end, Index nodes_end);
   /// Keeps the external accelerations that load() of the tiles found.
   void load(ExecContext& ctx, View<const float> external_m_s2, Index cells);
-  /// Forces of the copies for these positions.
+  /// Forces of the copies for these positions. (tled.cpp has it: it knows the laws of cubes.)
   template <class Cube>
-  void find_forces(ExecContext& ctx, const Cube& cube, View<const float> x_m, Index cells) {
-    using Kernel = CopyForces<Cube>;
-    const View<const Index> used = used_on_device_.const_view();
-    ctx.parallel_for(
-        "tled/copy_forces", Count(used.part(1, 1), copy_blocks(capacity())),
-        Kernel{corners_.const_view(), stiffness_.const_view(), x_m, f_N_.view(), used, cells, cube});
-  }
+  void find_forces(ExecContext& ctx, const Cube& cube, View<const float> x_m, Index cells);
   void move(ExecContext& ctx, const MoveNodes& nodes, View<float> external_m_s2);
   void add_to(ExecContext& ctx, View<float> f_N, Index cells);
   /// How strained the copies are. @param first_cube number of the first copy
@@ -68,9 +66,7 @@ class VirtualElements {
 
  private:
   static std::size_t at(int k) { return static_cast<std::size_t>(k % 2); }
-  CornersOfNodes by_node() const {
-    return {first_.const_view(), node_.const_view(), corner_.const_view(), f_N_.const_view()};
-  }
+  CornersOfNodes by_node() const;
   /// Nodes that copies have.
   Count nodes() const { return {node_count_.const_view(), first_.size()}; }
 
