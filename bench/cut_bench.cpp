@@ -2,7 +2,7 @@
 #include "tactus/base/timing.h"
 #include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/multi_device/device_set.h"
-#include "tactus/sim/body/body_cut.h"
+#include "tactus/sim/body/cut_capacity.h"
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/hybrid/body_solver.h"
 

@@ -61,11 +61,13 @@ class OnATray {
     for (int k = 0, n = static_cast<int>(std::lround(seconds * case_.fps)); k < n; ++k) {
       codes += step(1 / case_.fps);
       for (const auto& body : simulation_.bodies())
-        lowest_m_ = std::min(lowest_m_, body->motion().center_m.y);
+        lowest_m_ = std::min(lowest_m_, body->status().motion.center_m.y);
     }
     return codes;
   }
-  const RigidMotion& motion(std::size_t body = 0) const { return simulation_.bodies()[body]->motion(); }
+  const RigidMotion& motion(std::size_t body = 0) const {
+    return simulation_.bodies()[body]->status().motion;
+  }
   double lowest_center_m() const { return lowest_m_; }
   /// Of a vector, down the slope.
   double down_slope(Vec3d v) const { return dot(v, turn(case_) * Vec3d{1, 0, 0}) * (case_.leaning ? -1 : 1); }

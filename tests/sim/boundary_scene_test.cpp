@@ -7,6 +7,7 @@
 #include "support/probe_readings.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 namespace {
@@ -182,8 +183,8 @@ TEST_P(BoundaryScene, AFreeBodyIsOnAllDevices) {
     DeviceSet devices(GetParam());
     const test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     const SoftBody& bar = *simulation.bodies()[0];
-    EXPECT_EQ(bar.device_count(), devices.is_cuda() ? 1 : devices.count());
-    if (bar.device_count() > 1) {
+    EXPECT_EQ(bar.tissue().slab_count(), devices.is_cuda() ? 1 : devices.count());
+    if (bar.tissue().slab_count() > 1) {
       EXPECT_EQ(bar.devices_text(), "stepped by " + std::to_string(devices.count()) + " of " +
                                         std::to_string(devices.count()) + " devices");
     }
@@ -211,7 +212,7 @@ TEST_P(BoundaryScene, AMovedAndLoadedBodyIsOnAllDevices) {
     EXPECT_NEAR(got.probes[5][0].x, 0.02, 1e-7);
     EXPECT_GT(length(got.force_N[3]), 0.01);
     DeviceSet devices(GetParam());
-    EXPECT_EQ(test::FilmedWorld(devices, scene, make_synthetic_rig(), {}).bodies()[0]->device_count(),
+    EXPECT_EQ(test::FilmedWorld(devices, scene, make_synthetic_rig(), {}).bodies()[0]->tissue().slab_count(),
               devices.is_cuda() ? 1 : devices.count());
   }
 }

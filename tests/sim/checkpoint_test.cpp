@@ -8,6 +8,7 @@
 #include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/sim/body/body_cuts.h"
 
 namespace tactus {
 namespace {
@@ -220,7 +221,7 @@ TEST_P(CheckpointOnDevices, AStrokeGoesOn) {
   ASSERT_EQ(simulation.cuts().size(), 2U);
   EXPECT_NE(simulation.cuts()[0].body, simulation.cuts()[1].body);
   for (const auto& body : simulation.bodies())
-    EXPECT_GT(body->cut_state(simulation.context()).copies, 20) << body->name();
+    EXPECT_GT(body->cuts()->state(simulation.context()).copies, 20) << body->name();
 }
 
 /// A blade along a plane of nodes moves those off its way. They stay there for a run that goes on, in the

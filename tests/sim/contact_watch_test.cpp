@@ -96,8 +96,9 @@ TEST(EnergyWatch, FollowsTheBodiesOfAScene) {
     test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
     EXPECT_EQ(codes_of(simulation, 60), "");
     SoftBody& cube = *simulation.bodies()[0];
-    const std::vector<Vec3d> up(static_cast<std::size_t>(cube.node_count()), {0, -3, 0});
-    cube.slow_nodes(simulation.context(), up);
+    std::vector<Vec3f> v_m_s = cube.velocities_m_s(simulation.context());
+    for (Vec3f& v : v_m_s) v -= Vec3f{0, -3, 0};
+    cube.set_nodes(cube.positions_m(simulation.context()), v_m_s);
     EXPECT_EQ(codes_of(simulation, 3), "body.gains_energy ");
   }
 }
@@ -148,7 +149,7 @@ TEST_P(FallsOnABody, AtFiveMetresASecond) {
   test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   EXPECT_EQ(codes_of(simulation, static_cast<int>(1.5 * c.fps), c.fps), "");
   const FrameSnapshot seen = simulation.snapshot();
-  const Vec3d center_m = simulation.bodies()[0]->motion().center_m;
+  const Vec3d center_m = simulation.bodies()[0]->status().motion.center_m;
   double plate_m = 0;
   int count = 0;
   for (const Vec3f& p : seen.bodies[1].positions_m) {
@@ -222,8 +223,8 @@ TEST_P(HitByABall, FliesOffInFrontOfIt) {
   EXPECT_EQ(codes, "");
   double lowest_m = 9;
   for (const Vec3f& p : simulation.snapshot().real.positions_m) lowest_m = std::min(lowest_m, double{p.y});
-  EXPECT_LT(simulation.bodies()[0]->motion().center_m.y, lowest_m);
-  EXPECT_LT(simulation.bodies()[0]->motion().velocity_m_s.y, -0.9 * c.speed_m_s);
+  EXPECT_LT(simulation.bodies()[0]->status().motion.center_m.y, lowest_m);
+  EXPECT_LT(simulation.bodies()[0]->status().motion.velocity_m_s.y, -0.9 * c.speed_m_s);
 }
 
 }  // namespace

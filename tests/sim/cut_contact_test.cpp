@@ -10,6 +10,7 @@
 #include "support/filmed_world.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/sim/body/body_cuts.h"
 
 namespace tactus {
 namespace {
@@ -46,7 +47,7 @@ std::string block(const char* fixed, const char* way) {
 
 struct Played {
   std::vector<Vec3f> x_m;
-  SoftBody::CutState state;
+  BodyCuts::State state;
   /// Of pairs of points of both walls that coincide at rest: how far the upper one is above the lower one,
   /// and how far they are apart sideways [spacings].
   double widest = -1e9, narrowest = 1e9, mean = 0, sideways = 0;
@@ -55,9 +56,10 @@ struct Played {
 
 void see_gaps(const test::FilmedWorld& simulation, Played& played) {
   const SoftBody& body = *simulation.bodies()[0];
-  const TriangleMesh rest = body.cutter().mesh(body.cutter().lattice().lattice().rest_positions_m()),
-                     now = body.cutter().mesh(played.x_m);
-  const cut::CutSurface& surface = body.cutter().surface();
+  const TriangleMesh rest = body.cuts()->cutter().mesh(
+                         body.cuts()->cutter().lattice().lattice().rest_positions_m()),
+                     now = body.cuts()->cutter().mesh(played.x_m);
+  const cut::CutSurface& surface = body.cuts()->cutter().surface();
   std::map<std::array<float, 3>, std::set<std::size_t>> at;
   std::vector<Vec3f> normal(rest.positions_m.size());
   for (Index t = 0; t < surface.triangle_count(); ++t) {
@@ -98,7 +100,7 @@ Played play(const std::string& text, const char* devices_text, int frames) {
   for (int k = 0; k < frames; ++k) simulation.step(nullptr, 1.0 / 30);
   Played played;
   played.x_m = simulation.bodies()[0]->positions_m(simulation.context());
-  played.state = simulation.bodies()[0]->cut_state(simulation.context());
+  played.state = simulation.bodies()[0]->cuts()->state(simulation.context());
   see_gaps(simulation, played);
   std::printf("%d pairs, gap %.4f .. %.4f, mean %.4f, sideways %.4f spacings\n", played.pairs,
               played.narrowest, played.widest, played.mean, played.sideways);
@@ -188,7 +190,7 @@ obstacles:
   const SoftBody& block = *simulation.bodies()[0];
   const std::vector<Vec3f> x_m = block.positions_m(simulation.context());
   for (std::size_t i = 0; i < x_m.size(); ++i) {
-    const float m = block.cutter().lattice().lattice().node_mass_kg[i];
+    const float m = block.cuts()->cutter().lattice().lattice().node_mass_kg[i];
     if (m == 0 || x_m[i].y > 0.57F) continue;
     found.mass_kg += double{m};
     found.lowest_m = std::min(found.lowest_m, x_m[i].y);

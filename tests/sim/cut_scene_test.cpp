@@ -16,6 +16,9 @@
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/sim/body/body_cuts.h"
+#include "tactus/tissue/embedded_surface.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 namespace {
@@ -31,7 +34,7 @@ probes:
 
 struct Played {
   std::vector<Vec3f> probes;
-  SoftBody::CutState state;
+  BodyCuts::State state;
   std::vector<CutScore> cuts;
   std::vector<Notice> notices;
 };
@@ -49,7 +52,7 @@ Played play(const Scene& scene, const char* devices_text) {
     played.notices.insert(played.notices.end(), report.notices.begin(), report.notices.end());
   }
   played.probes = probe_positions_m(simulation);
-  played.state = simulation.bodies()[0]->cut_state(simulation.context());
+  played.state = simulation.bodies()[0]->cuts()->state(simulation.context());
   played.cuts = simulation.cuts();
   return played;
 }
@@ -163,7 +166,7 @@ constexpr float kTraySpacing_m = 0.025F;
 struct Fallen {
   std::vector<std::vector<Vec3f>> probes;
   std::vector<float> force_N;
-  SoftBody::CutState state;
+  BodyCuts::State state;
   float lowest_m = 0, mass_kg = 0;  ///< of what fell
 };
 
@@ -185,12 +188,12 @@ Fallen fall(const char* devices_text, int frames, bool walls_touch = true) {
     fallen.force_N.push_back(force_N);
     fallen.probes.push_back(probe_positions_m(simulation));
   }
-  fallen.state = simulation.bodies()[0]->cut_state(simulation.context());
+  fallen.state = simulation.bodies()[0]->cuts()->state(simulation.context());
   const CubeLattice& lattice = simulation.bodies()[0]->shape().lattice;
   const std::vector<Vec3f> x_m = simulation.bodies()[0]->positions_m(simulation.context());
   for (std::size_t i = 0; i < x_m.size(); ++i)
     if (lattice.node_mass_kg[i] > 0 && x_m[i].y < 0.54F) fallen.mass_kg += lattice.node_mass_kg[i];
-  const TriangleMesh surface = simulation.bodies()[0]->surface(simulation.context());
+  const TriangleMesh surface = simulation.bodies()[0]->surface().to_mesh(simulation.context());
   fallen.lowest_m = 1;
   for (const Vec3f& p : surface.positions_m) fallen.lowest_m = std::min(fallen.lowest_m, p.y);
   return fallen;
@@ -231,7 +234,7 @@ TEST(CutScene, NewNodesAreReadWhereTheyAreOnSeveralDevices) {
   const Scene scene = read_scene(source_path("scenes/slice.yaml"));
   DeviceSet one("cpu"), three("cpu:3", 3);
   test::FilmedWorld on_one(one, scene, {}, {}), on_three(three, scene, {}, {});
-  ASSERT_EQ(on_three.bodies()[0]->device_count(), 3);
+  ASSERT_EQ(on_three.bodies()[0]->tissue().slab_count(), 3);
   for (int k = 0; k < 19; ++k) {
     on_one.step(nullptr, k > 0 ? 1.0 / 30 : 0);
     on_three.step(nullptr, k > 0 ? 1.0 / 30 : 0);
@@ -242,7 +245,7 @@ TEST(CutScene, NewNodesAreReadWhereTheyAreOnSeveralDevices) {
       EXPECT_EQ(on_one.snapshot().bodies[b].positions_m, on_three.snapshot().bodies[b].positions_m);
     }
   }
-  EXPECT_GT(on_one.bodies()[0]->cut_state(on_one.context()).copies, 0);
+  EXPECT_GT(on_one.bodies()[0]->cuts()->state(on_one.context()).copies, 0);
 }
 
 TEST(CutScene, SaysWhatItCanNotCut) {
@@ -319,7 +322,7 @@ TEST(CutScene, LoadsAndMovedNodesFollow) {
   double upper_kg = 0, lower_kg = 0;
   for (std::size_t i = 0; i < x_m.size(); ++i)
     (x_m[i].y > 0.3F ? upper_kg : lower_kg) += double{block.shape().lattice.node_mass_kg[i]};
-  EXPECT_EQ(block.cut_state(simulation.context()).parts, 2);
+  EXPECT_EQ(block.cuts()->state(simulation.context()).parts, 2);
   EXPECT_NEAR(upper_kg + lower_kg, 4, 1e-5);
   EXPECT_GT(lower_kg, 0.5);
   EXPECT_NEAR(force_N.y, 9.81 * upper_kg, 0.01 * 9.81 * upper_kg);

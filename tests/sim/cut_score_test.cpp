@@ -10,6 +10,7 @@
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/blade_mesh.h"
+#include "tactus/sim/body/body_cuts.h"
 
 namespace tactus {
 namespace {
@@ -142,7 +143,7 @@ TEST(CutScore, CrossingCutsGiveFourParts) {
   DeviceSet devices("cpu");
   test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   for (int k = 0; k < 20; ++k) simulation.step(nullptr, 1.0 / 30);
-  const SoftBody::CutState state = simulation.bodies()[0]->cut_state(simulation.context());
+  const BodyCuts::State state = simulation.bodies()[0]->cuts()->state(simulation.context());
   EXPECT_EQ(state.parts, 4);
   EXPECT_EQ(state.closed_volumes_m3.size(), 4U);
   const std::vector<StrokeResult> results = simulation.stroke_results();

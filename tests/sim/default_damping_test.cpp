@@ -59,7 +59,7 @@ class OnASlope {
     for (int k = 0; k < static_cast<int>(std::lround(30 * seconds)); ++k) codes += step(1. / 30);
     return codes;
   }
-  const RigidMotion& motion() const { return simulation_.bodies()[0]->motion(); }
+  const RigidMotion& motion() const { return simulation_.bodies()[0]->status().motion; }
   double down_m() const { return motion().center_m.x; }
 
  private:
@@ -214,7 +214,7 @@ Swing swing_of(const Block& b, std::optional<double> damping) {
   const double frame_s = 0.05 / rule_per_s(b);
   return swing(frame_s, [&] {
     simulation.step(nullptr, frame_s);
-    return simulation.bodies()[0]->motion().center_m.x;
+    return simulation.bodies()[0]->status().motion.center_m.x;
   });
 }
 

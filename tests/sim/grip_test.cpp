@@ -31,7 +31,7 @@ class Pinch {
       for (const Notice& notice : report_.notices) ADD_FAILURE() << notice.text;
     }
   }
-  const RigidMotion& cube() const { return simulation_.bodies()[0]->motion(); }
+  const RigidMotion& cube() const { return simulation_.bodies()[0]->status().motion; }
   /// Tangential over normal force of a finger, in the last frame.
   double ratio() const {
     const Vec3f force = force_N("l");

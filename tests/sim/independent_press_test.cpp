@@ -12,6 +12,7 @@
 
 #include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/sim/body/body_measures.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
@@ -171,7 +172,7 @@ Pressed press(const Press& p, const std::string& devices_text = "cpu") {
   const FrameSnapshot snapshot = simulation.snapshot();
   for (const Vec3f& x : snapshot.bodies.at(0).positions_m)
     out.inside = std::max(out.inside, (p.by_ball ? 0 : -p.radius_m - static_cast<double>(x.y)) / p.spacing_m);
-  const std::vector<CubeStrain> strains = body->strains(devices.context(0));
+  const std::vector<CubeStrain> strains = body->measures().strains(devices.context(0));
   compare_skin(body->shape(), held.where.point_m.y, strains, out);
   out.on_axis =
       pressure_on_axis(body->shape().lattice, p.radius_m, body->positions_m(simulation.context()), strains);

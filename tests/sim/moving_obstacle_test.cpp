@@ -110,7 +110,7 @@ TEST_P(MovingObstacle, ThrowsTheBlockAtFiveMetresASecond) {
   const double speed_m_s = -momentum_kg_m_s(simulation).y / kMass_kg;
   EXPECT_GT(speed_m_s, 5);
   EXPECT_LT(speed_m_s, 10);
-  EXPECT_LT(simulation.bodies()[0]->motion().center_m.y, 0.045 - 5 * 4 * kFrame_s - 0.04);
+  EXPECT_LT(simulation.bodies()[0]->status().motion.center_m.y, 0.045 - 5 * 4 * kFrame_s - 0.04);
 }
 
 TEST(HeldObstacle, RefusesWrongNamesAndPoses) {

@@ -6,6 +6,7 @@
 
 #include "support/filmed_world.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 namespace {
@@ -158,10 +159,10 @@ TEST(OutsiderFrame, WhatStrainsNothingAsksForNoSubsteps) {
     ASSERT_EQ(SyntheticSource(options).next(frame), NextFrame::success);
     most = std::max(most, simulation.step(frame, k == 0 ? 0 : 1.0 / 30).substeps);
   }
-  EXPECT_GT(simulation.bodies()[1]->fastest_m_s(), 2.2F);
+  EXPECT_GT(simulation.bodies()[1]->status().fastest_m_s(), 2.2F);
   int at_rest = 0;
   for (const auto& body : simulation.bodies())
-    at_rest = std::max(at_rest, body->model().substeps_for(1.001F / 30));
+    at_rest = std::max(at_rest, body->tissue().model().substeps_for(1.001F / 30));
   EXPECT_LE(most, at_rest + at_rest / 4);  // gravity strains the block a little
 }
 

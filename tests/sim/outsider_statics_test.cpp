@@ -9,6 +9,7 @@
 #include "support/message_of.h"
 #include "support/probe_readings.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/sim/body/body_steps.h"
 
 namespace tactus {
 namespace {
@@ -218,7 +219,7 @@ TEST(OutsiderSettling, ABeamBeginsAtItsStaticSag) {
       sag_m = std::max(sag_m, swung.rest_m[i].y - swung.x_m[i].y);
       apart_m = std::max(apart_m, length(swung.x_m[i] - settled[i]));
     }
-    const int of_frame = simulation.bodies()[0]->substeps_for(1 / 30.F);
+    const int of_frame = simulation.bodies()[0]->steps().substeps_for(1 / 30.F);
     std::printf("%g Pa: sag %.4g m, %.2g m apart, %d substeps, %.1f frames' work\n", young_Pa, double{sag_m},
                 double{apart_m}, report.settling_substeps,
                 report.settling_substeps / static_cast<double>(of_frame));

@@ -8,6 +8,7 @@
 #include "support/device_sets.h"
 #include "support/filmed_world.h"
 #include "tactus/base/error.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 namespace {
@@ -166,7 +167,7 @@ Played play(const std::string& devices_text) {
       played.points.push_back(c.point);
     }
   }
-  played.slabs = simulation.bodies()[0]->device_count();
+  played.slabs = simulation.bodies()[0]->tissue().slab_count();
   return played;
 }
 

@@ -11,6 +11,10 @@
 #include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/sim/body/slab_points.h"
+#include "tactus/tissue/cut/cut_points.h"
+#include "tactus/tissue/embedded_surface.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 namespace {
@@ -371,8 +375,8 @@ PlayedScene play_scene(const std::string& devices_text, std::uint64_t seed) {
     played.x_m.insert(played.x_m.end(), x.begin(), x.end());
   }
   played.recordings = simulation.schedule().recordings();
-  played.slabs = simulation.bodies()[0]->device_count();
-  EXPECT_EQ(simulation.bodies()[1]->device_count(), 1);
+  played.slabs = simulation.bodies()[0]->tissue().slab_count();
+  EXPECT_EQ(simulation.bodies()[1]->tissue().slab_count(), 1);
   return played;
 }
 

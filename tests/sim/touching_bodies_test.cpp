@@ -176,8 +176,8 @@ TEST(TouchingBodies, WhatFallsQuicklyIsCaughtBySeldomCorrections) {
   for (int k = 0; k <= 30; ++k) {
     const StepReport report = simulation.step(nullptr, k == 0 ? 0 : 1.0 / 30);
     EXPECT_TRUE(report.notices.empty()) << text_of(report.notices);
-    fastest_m_s = std::max(fastest_m_s, double{simulation.bodies()[1]->fastest_m_s()});
-    if (k > 0) lowest_m = std::min(lowest_m, simulation.bodies()[1]->motion().center_m.y);
+    fastest_m_s = std::max(fastest_m_s, double{simulation.bodies()[1]->status().fastest_m_s()});
+    if (k > 0) lowest_m = std::min(lowest_m, simulation.bodies()[1]->status().motion.center_m.y);
   }
   EXPECT_GT(fastest_m_s, 2.9);
   EXPECT_GT(lowest_m, 0.11) << "its middle was in the lower one";

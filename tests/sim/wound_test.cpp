@@ -10,6 +10,7 @@
 #include "tactus/geom/mesh/point_in_mesh.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
+#include "tactus/sim/body/body_cuts.h"
 
 namespace tactus {
 namespace {
@@ -125,7 +126,7 @@ fluid:
     simulation.step(nullptr, 1.0 / 30);
     EXPECT_LT(length(momentum(rest) - before), 1e-5 * all) << "frame " << k;
   }
-  EXPECT_EQ(simulation.bodies()[0]->cut_state(simulation.context()).parts, 2);
+  EXPECT_EQ(simulation.bodies()[0]->cuts()->state(simulation.context()).parts, 2);
   EXPECT_LT(simulation.monitors().at(0).momentum_kg_m_s.y, -0.1 * all) << "it was hit";
 }
 

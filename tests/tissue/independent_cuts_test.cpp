@@ -12,7 +12,7 @@
 #include <string>
 
 #include "stroke_body.h"
-#include "tactus/sim/body/body_cut.h"
+#include "tactus/sim/body/cut_capacity.h"
 
 namespace tactus {
 namespace {

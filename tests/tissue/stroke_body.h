@@ -10,7 +10,7 @@
 #include "tactus/geom/figures/figures.h"
 #include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/geom/mesh/box_surface.h"
-#include "tactus/sim/body/body_cut.h"
+#include "tactus/sim/body/cut_capacity.h"
 #include "tactus/tissue/cut/body_cutter.h"
 #include "tactus/tissue/embedded_surface.h"
 #include "tactus/tissue/surface_nets.h"

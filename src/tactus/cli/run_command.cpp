@@ -15,6 +15,7 @@
 #include "tactus/io/scene_file.h"
 #include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_source.h"
+#include "tactus/sim/body/slab_points.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
@@ -29,8 +30,9 @@ void check_opengl() {
 
 void print_bodies(const World& world, bool with_devices) {
   for (const auto& body : world.impl().bodies()) {
-    log_debug("body '" + body->name() + "': " + std::to_string(body->node_count()) + " nodes, " +
-              std::to_string(body->contact_point_count()) + " points for contact, " + body->devices_text());
+    log_debug("body '" + body->name() + "': " + std::to_string(body->shape().lattice.node_count()) +
+              " nodes, " + std::to_string(body->points().count()) + " points for contact, " +
+              body->devices_text());
     if (with_devices) std::printf("body '%s': %s\n", body->name().c_str(), body->devices_text().c_str());
   }
 }

@@ -24,10 +24,10 @@ void warn_of_strain(const CrushSink& crush, const World& world, const RunOptions
   std::string names;
   for (std::size_t b = 0; b < world.impl().bodies().size(); ++b) {
     const SoftBody& body = *world.impl().bodies()[b];
-    if (body.is_frozen()) set_exit_code(kExitBlewUp);
-    if (!crush.is_crushed(b) && !body.is_frozen()) continue;
+    if (body.status().is_frozen) set_exit_code(kExitBlewUp);
+    if (!crush.is_crushed(b) && !body.status().is_frozen) continue;
     names += (names.empty() ? "'" : ", '") + body.name() + "'";
-    names += body.is_frozen() ? " (blew up and rests)" : "";
+    names += body.status().is_frozen ? " (blew up and rests)" : "";
   }
   if (names.empty() || options.explain) return;
   log_warning("crushed to less than " + number_text(kBadVolume) + " of their volume, or worse: " + names +

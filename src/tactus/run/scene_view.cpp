@@ -9,6 +9,7 @@
 #include "tactus/run/skin_look.h"
 #include "tactus/run/wall_look.h"
 #include "tactus/sim/still_obstacles.h"
+#include "tactus/tissue/embedded_surface.h"
 #include "tactus/track/blade_tracker.h"
 #include "tactus/world/world_impl.h"
 
@@ -219,10 +220,26 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
   }
 }
 
+namespace {
+
+/// Per triangle of the seen surface: 1 where elements deform it. Synchronizes.
+std::vector<std::uint8_t> element_triangles(ExecContext& ctx, const SoftBody& body) {
+  const std::vector<embed::Anchor> anchors = to_host(ctx, body.surface().anchors());
+  const std::vector<Index> corners = to_host(ctx, body.surface().triangles());
+  std::vector<std::uint8_t> is_element;
+  for (std::size_t t = 0; t < corners.size(); t += 3) {
+    const auto cube = static_cast<std::size_t>(anchors[static_cast<std::size_t>(corners[t])].cube);
+    is_element.push_back(body.shape().elements[cube]);
+  }
+  return is_element;
+}
+
+}  // namespace
+
 std::vector<std::vector<std::uint8_t>> element_triangles(World& world) {
   std::vector<std::vector<std::uint8_t>> all;
   for (const auto& body : world.impl().bodies())
-    all.push_back(body->element_triangles(world.impl().context()));
+    all.push_back(element_triangles(world.impl().context(), *body));
   return all;
 }
 

@@ -1,6 +1,7 @@
 // Stages of the liquid in a frame.
 #include <algorithm>
 
+#include "tactus/sim/body/slab_points.h"
 #include "tactus/sim/scene_liquid.h"
 
 namespace tactus {
@@ -33,7 +34,7 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
   const FrameOnDevices& frame = schedule.frame();
   const StageDevices devices = liquid_.part_count() > 1 ? StageDevices::all : StageDevices::first;
   std::vector<Resource> moved{"liquid"};
-  for (const Felt& felt : bodies_) moved.push_back(felt.body->nodes_resource());
+  for (const Felt& felt : bodies_) moved.push_back(felt.body->resources().nodes);
   if (film_) film_->add_stages(schedule, readback);
   const bool bleeds =
       std::any_of(bodies_.begin(), bodies_.end(), [](const Felt& felt) { return felt.wounds != nullptr; });
@@ -70,10 +71,11 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
 }
 
 void SceneLiquid::bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame) {
-  const ContactNodes nodes = felt.body->contact_nodes();
+  const ContactNodes nodes = felt.body->points().nodes(0);
   Wounds& wounds = *felt.wounds;
   ExecContext& ctx = devices_.context(0);
-  wounds.set_rate_m_s(static_cast<float>(felt.body->bleeding()->rate_m_s));  // it may change between frames
+  wounds.set_rate_m_s(
+      static_cast<float>(felt.body->description().bleeding->rate_m_s));  // it may change between frames
   wounds.try_places(ctx, frame, View<const Vec3f>(nodes.x_m), View<const Vec3f>(nodes.v_m_s));
   liquid_.find_box_walls(ctx, wounds.search(), wounds.near_walls());
   solid.contact.find_walls(ctx, solid.surface, solid.obstacles.view(), wounds.search().cells().particles,

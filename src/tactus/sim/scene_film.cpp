@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "tactus/sim/body/body_cuts.h"
+#include "tactus/tissue/embedded_surface.h"
+
 namespace tactus {
 namespace {
 
@@ -41,7 +44,7 @@ SceneFilm::SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid)
       drying_m_s_(static_cast<float>(scene.fluid->film_drying_m_s)) {}
 
 FilmSurface SceneFilm::surface_of(const SoftBody& body) {
-  const EmbeddedSurface& s = body.seen_surface();
+  const EmbeddedSurface& s = body.surface();
   return {s.vertices(),      s.all_triangles(),     s.position_buffer_m(),
           s.corner_buffer(), s.incident().ranges(), s.incident().values()};
 }
@@ -51,7 +54,7 @@ void SceneFilm::add_body(SoftBody& body) {
   const FilmSurface surface = surface_of(body);
   Coat& coat = coats_.emplace_back();
   coat.body = &body;
-  coat.vertices = body.seen_surface().vertex_count();
+  coat.vertices = body.surface().vertex_count();
   coat.film = std::make_unique<Film>(ctx_,
                                      FilmSettings{.density_kg_m3 = liquid.density_kg_m3,
                                                   .viscosity_Pa_s = std::max(liquid.viscosity_Pa_s, 1e-6F),
@@ -59,7 +62,7 @@ void SceneFilm::add_body(SoftBody& body) {
                                                   .contact_angle_deg = liquid.contact_angle_deg,
                                                   .drying_m_s = drying_m_s_},
                                      surface.vertices.capacity, surface.triangles.capacity,
-                                     body.seen_surface().incident().capacity());
+                                     body.surface().incident().capacity());
   coat.exchange =
       std::make_unique<FilmExchange>(ctx_,
                                      FilmExchangeSettings{.spacing_m = liquid.spacing_m,
@@ -84,7 +87,7 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
                 for (Coat& coat : coats_) run(coat, frame.view(0));
               }};
   for (Coat& coat : coats_) {
-    stage.reads_last.push_back(coat.body->surface_resource());
+    stage.reads_last.push_back(coat.body->resources().surface);
     coat.sums = readback.add(coat.film->sums());
     coat.ledger = readback.add(coat.exchange->ledger());
   }
@@ -94,8 +97,8 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
 void SceneFilm::run(Coat& coat, View<const FrameParams> frame) {
   const FilmSurface surface = surface_of(*coat.body);
   coat.film->step(ctx_, surface, frame);
-  coat.exchange->run(ctx_, *coat.film, surface, coat.body->seen_surface().normal_buffer(), frame,
-                     liquid_.search(), liquid_.arrivals());
+  coat.exchange->run(ctx_, *coat.film, surface, coat.body->surface().normal_buffer(), frame, liquid_.search(),
+                     liquid_.arrivals());
   coat.film->sum(ctx_, surface.vertices);
 }
 
@@ -118,10 +121,10 @@ void SceneFilm::follow_cut(const SoftBody& body) {
       std::find_if(coats_.begin(), coats_.end(), [&](const Coat& c) { return c.body == &body; });
   if (coat == coats_.end()) return;
   std::vector<Film::Move> moves;
-  for (const auto& [from, to] : body.heirs(coat->film->held(ctx_, coat->vertices)))
+  for (const auto& [from, to] : body.cuts()->heirs(coat->film->held(ctx_, coat->vertices)))
     moves.push_back({from, to});
   coat->film->move(ctx_, moves);
-  const Index vertices = body.seen_surface().vertex_count();
+  const Index vertices = body.surface().vertex_count();
   coat->exchange->add_vertices(ctx_, surface_of(body), coat->vertices, vertices);
   coat->vertices = vertices;
   ctx_.synchronize();

@@ -7,7 +7,9 @@
 
 #include "tactus/base/error.h"
 #include "tactus/geom/mesh/point_in_mesh.h"
-#include "tactus/sim/body/body_cut.h"
+#include "tactus/sim/body/body_cuts.h"
+#include "tactus/sim/body/cut_capacity.h"
+#include "tactus/sim/body/slab_points.h"
 
 namespace tactus {
 namespace {
@@ -72,7 +74,7 @@ class SceneLiquid::Solids {
  public:
   Solids(const std::vector<std::unique_ptr<SoftBody>>& bodies, std::span<const ObstacleDescription> obstacles)
       : obstacles_(obstacles) {
-    for (const auto& body : bodies) add(body->shape().surface_m, body->fill(), {});
+    for (const auto& body : bodies) add(body->shape().surface_m, body->description().shape.fill, {});
     for (const ObstacleDescription& o : obstacles)
       if (o.kind == ObstacleKind::mesh) add(o.mesh, MeshFill::closed, inverse(o.T_world_obstacle));
   }
@@ -216,7 +218,8 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
                 static_cast<std::uint64_t>(last_.here);
   pace_ = {.fastest_m_s = liquid_.settings().max_speed_m_s, .longest_step_s = liquid_.largest_step_s()};
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (!bodies[b]->is_untouched()) add_body(*bodies[b], Liquid::kFaces + kColliders + static_cast<Index>(b));
+    if (bodies[b]->description().contact)
+      add_body(*bodies[b], Liquid::kFaces + kColliders + static_cast<Index>(b));
   if (has_film(scene)) {
     film_ = std::make_unique<SceneFilm>(devices_.context(0), scene, liquid_);
     for (const Felt& felt : bodies_) film_->add_body(*felt.body);
@@ -229,7 +232,11 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
 
 void SceneLiquid::add_body(SoftBody& body, Index collider) {
   const float d = liquid_.settings().spacing_m, h = body.shape().lattice.spacing_m;
-  WallSurface surface{body.walls(devices_.context(0)), {}, h, liquid_.settings().box_m, body.contact_nodes()};
+  WallSurface surface{all_walls(devices_.context(0), body.shape().lattice, body.surface()),
+                      {},
+                      h,
+                      liquid_.settings().box_m,
+                      body.points().nodes(0)};
   if (const auto copies = static_cast<Index>(body.shape().lattice.copies.size()); copies > 0) {
     // A copy has a wall of some 1.2 h^2, in triangles of 0.2 d^2, or in a few, and pieces of the surface.
     const Index each = 30 + static_cast<Index>(10 * sqr(h / d));
@@ -240,12 +247,12 @@ void SceneLiquid::add_body(SoftBody& body, Index collider) {
   felt.body = &body;
   felt.walls = std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, collider, d,
                                            liquid_.settings().max_particles);
-  const Index pieces = body.keep_wounds(d);
+  const Index pieces = body.cuts() != nullptr ? body.cuts()->keep_wounds(d) : 0;
   if (pieces == 0) return;
   ExecContext& ctx = devices_.context(0);
   felt.wounds = std::make_unique<Wounds>(
-      ctx, WoundSettings{.rate_m_s = static_cast<float>(body.bleeding()->rate_m_s),
-                         .fading_s = static_cast<float>(body.bleeding()->fading_s.value_or(0)),
+      ctx, WoundSettings{.rate_m_s = static_cast<float>(body.description().bleeding->rate_m_s),
+                         .fading_s = static_cast<float>(body.description().bleeding->fading_s.value_or(0)),
                          .spacing_m = d,
                          .max_pieces = pieces});
   felt.hits = Buffer<WallHit>(ctx.device(), std::int64_t{kWallSides} * pieces);
@@ -254,15 +261,15 @@ void SceneLiquid::add_body(SoftBody& body, Index collider) {
 void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {
   const auto known =
       std::find_if(bodies_.begin(), bodies_.end(), [&](const Felt& felt) { return felt.body == &body; });
-  if (known == bodies_.end()) return body.forget_wall_change();
-  known->walls->apply(body.take_wall_change());
+  if (known == bodies_.end()) return body.cuts()->forget_wall_change();
+  known->walls->apply(body.cuts()->take_wall_change());
   if (film_) film_->follow_cut(body);
   if (known->wounds) {
-    const std::vector<WoundPiece> pieces = body.wound_pieces();
+    const std::vector<WoundPiece> pieces = body.cuts()->wound_pieces();
     known->wounds->set_pieces(devices_.context(0), pieces);
     known->bleeds = !pieces.empty();
   }
-  if ((known->walls->is_full() || body.wounds_are_full()) && !std::exchange(known->was_full, true))
+  if ((known->walls->is_full() || body.cuts()->wounds_are_full()) && !std::exchange(known->was_full, true))
     notices.push_back({"liquid.cut_full", Severity::warning,
                        "body '" + body.name() +
                            "': there is no capacity for more of its cut walls: the rest neither stops the "
@@ -324,7 +331,7 @@ double SceneLiquid::waiting_m3(const Readback& readback, double dt_frame_s, std:
     for (const WoundLedger& ledger : readback.get<WoundLedger>(felt.ledgers))
       waiting += static_cast<double>(ledger.due) / WoundLedger::kUnits - static_cast<double>(ledger.emitted);
     all += waiting;
-    const double rate_m_s = felt.body->bleeding()->rate_m_s;
+    const double rate_m_s = felt.body->description().bleeding->rate_m_s;
     const auto most_m_s = double{TryWounds::most_m_s(static_cast<float>(description_.spacing_m),
                                                      static_cast<float>(std::max(dt_frame_s, 1e-6)))};
     if (waiting < kMany || rate_m_s <= most_m_s || std::exchange(felt.was_late, true)) continue;

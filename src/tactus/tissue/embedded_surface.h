@@ -1,6 +1,7 @@
 #pragma once
 /// A triangle mesh that moves with a cube lattice [P 15].
 #include "tactus/geom/arrays/index_lists.h"
+#include "tactus/geom/arrays/set_values.h"
 #include "tactus/geom/lattice/boundary_points.h"
 #include "tactus/geom/mesh/mesh.h"
 #include "tactus/tissue/body_state.h"

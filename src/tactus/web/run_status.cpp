@@ -32,7 +32,7 @@ nlohmann::json body_json(const SoftBody& body, const BodyMonitors& monitors, con
           {"min_J", monitors.min_J},
           {"elastic_J", monitors.elastic_J},
           {"kinetic_J", monitors.kinetic_J},
-          {"diverged", body.is_frozen()}};
+          {"diverged", body.status().is_frozen}};
 }
 
 /// As viewers send it: (x, y, z, w) of the unit quaternion, w >= 0.

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "tactus/base/error.h"
+#include "tactus/sim/body/body_cuts.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
@@ -18,11 +19,11 @@ void World::Impl::archive_cuts(StateArchive& a) {
   archive_scores(a);
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     SoftBody& body = *bodies_[k];
-    if (!body.is_cuttable()) continue;
-    body.archive_cuts(
+    if (body.cuts() == nullptr) continue;
+    body.cuts()->archive(
         context(), a,
         [&](const TopologyChange& change, std::span<const PointChange> points) {
-          touching_.apply(static_cast<Index>(k), body.cutter(), change, points);
+          touching_.apply(static_cast<Index>(k), body.cuts()->cutter(), change, points);
         },
         [&] {
           std::vector<Notice> reported_before;

@@ -2,11 +2,15 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <span>
+#include <utility>
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/sim/body/kinetic_damping.h"
+#include "tactus/sim/body/slab_points.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
@@ -24,7 +28,7 @@ double rounding_N(const SoftBody& body) {
   double masses2 = 0, farthest_m = 0;
   for (const float m : lattice.node_mass_kg) masses2 += sqr(double{m});
   for (const Vec3f p : lattice.rest_positions_m()) farthest_m = std::max(farthest_m, double{length(p)});
-  const double omega2 = 4 / sqr(double{body.model().stable_step_s()});
+  const double omega2 = 4 / sqr(double{body.tissue().model().stable_step_s()});
   return std::sqrt(masses2) * omega2 * farthest_m / 9 / (1 << 24);
 }
 
@@ -54,6 +58,21 @@ double momentum_N_s(const CubeLattice& lattice, const std::vector<Vec3d>& v_m_s)
   return std::sqrt(sum);
 }
 
+/// All nodes stand still where they were so long ago. Synchronizes.
+void stop_nodes(SoftBody& body, ExecContext& ctx, double ago_s) {
+  std::vector<Vec3f> x_m = body.positions_m(ctx), v_m_s = body.velocities_m_s(ctx);
+  for (std::size_t i = 0; i < x_m.size(); ++i)
+    x_m[i] = x_m[i] - static_cast<float>(ago_s) * std::exchange(v_m_s[i], Vec3f{});
+  body.set_nodes(x_m, v_m_s);
+}
+
+/// Takes from the velocity of each node. Synchronizes.
+void slow_nodes(SoftBody& body, ExecContext& ctx, std::span<const Vec3d> by_m_s) {
+  std::vector<Vec3f> v_m_s = body.velocities_m_s(ctx);
+  for (std::size_t i = 0; i < v_m_s.size(); ++i) v_m_s[i] -= vec_cast<float>(by_m_s[i]);
+  body.set_nodes(body.positions_m(ctx), v_m_s);
+}
+
 /// One body.
 class Settling {
  public:
@@ -61,7 +80,7 @@ class Settling {
     if (touches()) before_m_ = body.positions_m(ctx);
   }
   void after_piece(ExecContext& ctx, int substeps, double seconds) {
-    is_done_ = is_done_ || body_->is_frozen();
+    is_done_ = is_done_ || body_->status().is_frozen;
     const CubeLattice& lattice = body_->shape().lattice;
     std::vector<Vec3d> v_m_s;
     if (touches()) {
@@ -69,7 +88,8 @@ class Settling {
       v_m_s = mean_velocities_m_s(before_m_, now_m, seconds);
       before_m_ = std::move(now_m);
     }
-    const auto back = damping_.after_piece(touches() ? kinetic_J(lattice, v_m_s) : body_->kinetic_J());
+    const auto back =
+        damping_.after_piece(touches() ? kinetic_J(lattice, v_m_s) : body_->status().motion.kinetic_J);
     stopped_ = back.has_value();
     if (damping_.just_started()) {
       if (!touches())
@@ -80,9 +100,9 @@ class Settling {
     }
     if (!stopped_) return;
     if (touches())
-      body_->slow_nodes(ctx, v_m_s);
+      slow_nodes(*body_, ctx, v_m_s);
     else
-      body_->stop_nodes(ctx, *back * seconds);
+      stop_nodes(*body_, ctx, *back * seconds);
   }
   bool is_done() const { return is_done_; }
   /// Shorter or longer pieces are wanted: a quarter of a swing took few of them, or many.
@@ -97,7 +117,7 @@ class Settling {
   static constexpr int kStopsOfRounding = 8;
   /// Contact moves nodes, too: where a body rests on something, velocities between gravity and contact are
   /// not those of its nodes.
-  bool touches() const { return body_->contact_point_count() > 0; }
+  bool touches() const { return body_->points().count() > 0; }
   void note_force(double force_N) {
     if (loads_N_ == 0) loads_N_ = force_N;
     left_N_ = force_N;
@@ -170,7 +190,7 @@ void World::Impl::settle(StepReport& report) {
   }
   last_substep_s_ = 0;
   for (std::size_t b = 0; b < all.size(); ++b) {
-    bodies_[b]->stop_nodes(ctx, 0);
+    stop_nodes(*bodies_[b], ctx, 0);
     if (all[b].is_done()) continue;
     report.notices.push_back({"body.unsettled", Severity::warning,
                               "body '" + bodies_[b]->name() + "' is not at rest after " +

@@ -6,6 +6,10 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/sim/body/body_measures.h"
+#include "tactus/sim/body/body_steps.h"
+#include "tactus/sim/body/slab_points.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/world/start_check.h"
 
 namespace tactus {
@@ -61,7 +65,7 @@ bool touches_bodies(const Scene& scene, const BodyDescription& body) {
 int devices_that_touch(const std::vector<std::unique_ptr<SoftBody>>& bodies) {
   int count = 1;
   for (const auto& body : bodies)
-    if (!body->is_untouched()) count = std::max(count, body->device_count());
+    if (body->description().contact) count = std::max(count, body->tissue().slab_count());
   return count;
 }
 
@@ -162,8 +166,8 @@ void World::Impl::add_stages() {
              .devices = StageDevices::all,
              .submit = [this](BlockPlace) { readback_.submit(); }};
   for (const auto& body : bodies_) {
-    read.reads.push_back(body->report_resource());
-    if (body->contact_point_count() > 0) read.reads.push_back(body->contact_resource());
+    read.reads.push_back(body->resources().report);
+    if (body->points().count() > 0) read.reads.push_back(body->resources().contact_report);
   }
   for (const Resource& report : touching_.report_resources()) read.reads.push_back(report);
   if (liquid_) read.reads.push_back(SceneLiquid::report_resource());
@@ -205,7 +209,7 @@ void World::Impl::run_parts(const FrameTimes& times, bool has_new_images, StepRe
                           : FramePart{};
     if (part.substeps > 0) {
       for (auto& body : bodies_)
-        body->check_substeps(static_cast<float>(part.dt_s), part.substeps, scene_.frame.max_substeps);
+        body->steps().check(static_cast<float>(part.dt_s), part.substeps, scene_.frame.max_substeps);
     }
     if (liquid_ && part.substeps > 0) part.liquid_steps = liquid_->steps_for(part.dt_s);
     if (liquid_ && part.liquid_steps == 0) liquid_->pass_time(part.dt_s);
@@ -260,8 +264,8 @@ bool World::Impl::must_look_first(double dt_s) const {
   if (scene_.frame.substeps || !(dt_s > 0)) return false;
   return std::any_of(bodies_.begin(), bodies_.end(), [&](const auto& body) {
     const double moved_m = surface_m_s() * dt_s;
-    return !body->is_untouched() && !body->is_frozen() &&
-           (moved_m < 0.01 * body->spacing_m() || moved_m > 0.5 * body->spacing_m());
+    return body->description().contact && !body->status().is_frozen &&
+           (moved_m < 0.01 * body->description().spacing_m || moved_m > 0.5 * body->description().spacing_m);
   });
 }
 
@@ -301,7 +305,7 @@ void World::Impl::collect_bodies(double dt_frame_s, int substeps, StepReport& re
   if (liquid_) liquid_->add_forces(readback_, name_of, dt_frame_s, report.liquid_forces);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const auto& body = bodies_[b];
-    ContactReport contact = body->contact(readback_, static_cast<float>(dt_frame_s), substeps);
+    ContactReport contact = body->points().report(readback_, static_cast<float>(dt_frame_s), substeps);
     note_contact(contact);
     contact.contacts_per_substep *= substeps;
     report.contact.add(contact);
@@ -323,7 +327,7 @@ void World::Impl::collect_bodies(double dt_frame_s, int substeps, StepReport& re
 
 void World::Impl::log_points(std::size_t body, const std::function<std::string(Index)>& name_of) {
   const auto obstacles = static_cast<Index>(scene_.obstacles.size());  // blades follow them
-  for (const ContactPoint& p : bodies_[body]->contacts()) {
+  for (const ContactPoint& p : bodies_[body]->points().contacts()) {
     const ColliderKind kind = p.collider < kComponents               ? ColliderKind::component
                               : p.collider - kComponents < obstacles ? ColliderKind::obstacle
                                                                      : ColliderKind::tool;
@@ -350,14 +354,15 @@ BodyNodes World::Impl::nodes(const std::string& body) {
 
 std::vector<BodyMonitors> World::Impl::monitors() {
   std::vector<BodyMonitors> all;
-  for (const auto& body : bodies_) all.push_back(body->monitors(devices_.context(0), last_substep_s_));
+  for (const auto& body : bodies_)
+    all.push_back(body->measures().monitors(devices_.context(0), last_substep_s_));
   return all;
 }
 
 std::vector<std::vector<MotionForce>> World::Impl::motion_forces() {
   std::vector<std::vector<MotionForce>> all;
   for (const auto& body : bodies_) {
-    const auto [forces_N, torques_N_m] = body->motion_forces(last_dt_s_);
+    const auto [forces_N, torques_N_m] = body->tissue().motion_forces(last_dt_s_);
     std::vector<MotionForce>& of_body = all.emplace_back();
     for (std::size_t m = 0; m < forces_N.size(); ++m) of_body.push_back({forces_N[m], torques_N_m[m]});
   }
@@ -372,7 +377,7 @@ std::vector<ProbeReading> World::Impl::probes() {
     std::vector<Vec3f>& x_m = nodes_m[probe.body];
     if (x_m.empty()) x_m = body.positions_m(devices_.context(0));
     readings.push_back(
-        {probe.point.position_m(x_m), probe.strain.mean(body.strains(x_m, probe.strain.cubes))});
+        {probe.point.position_m(x_m), probe.strain.mean(body.measures().strains(x_m, probe.strain.cubes))});
   }
   return readings;
 }

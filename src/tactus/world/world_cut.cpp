@@ -4,7 +4,8 @@
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
-#include "tactus/sim/body/body_cut.h"
+#include "tactus/sim/body/body_cuts.h"
+#include "tactus/sim/body/cut_capacity.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
@@ -17,7 +18,7 @@ Notice full_notice(const std::string& who, const SoftBody& body) {
   constexpr int kStrokes = 50;
   return {"cut.full", Severity::warning,
           who + ": there is no capacity for more copies of cubes than " +
-              std::to_string(body.cutter().lattice().copies_in_use()) + "; the rest is not cut",
+              std::to_string(body.cuts()->cutter().lattice().copies_in_use()) + "; the rest is not cut",
           "raise 'cut_capacity' of the body: " +
               std::to_string(copies_of_strokes(body.shape().lattice.regular_cubes(), kStrokes)) + " hold " +
               std::to_string(kStrokes) + " straight strokes through all of it"};
@@ -46,9 +47,9 @@ void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
   ++cut_frame_;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     const auto& body = bodies_[k];
-    if (!body->is_cuttable() || body->is_frozen()) continue;
+    if (body->cuts() == nullptr || body->status().is_frozen) continue;
     const auto touch = [&](const TopologyChange& change, std::span<const PointChange> points) {
-      touching_.apply(static_cast<Index>(k), body->cutter(), change, points);
+      touching_.apply(static_cast<Index>(k), body->cuts()->cutter(), change, points);
     };
     bool has_changed = false;
     for (std::size_t b = 0; b < scene_.blades.size(); ++b) {
@@ -66,8 +67,8 @@ void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
         continue;
       }
       CutScore& score = stroke_of(blade.name, body->name(), from_s);
-      body->begin_stroke(score.stroke, cut_frame_);
-      const cut::CutReport cut = body->cut(ctx, b, strip, touch);
+      body->cuts()->begin_stroke(score.stroke, cut_frame_);
+      const cut::CutReport cut = body->cuts()->cut(ctx, b, strip, touch);
       has_changed = has_changed || cut.cut_cubes > 0;
       const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
       if (cut.is_full && reported_cuts_.insert("body '" + body->name() + "' is full").second)
@@ -84,7 +85,7 @@ void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
       else
         score.pending_m += displacement_m(strip);
     }
-    body->remember_nodes();
+    body->cuts()->remember_nodes();
     if (has_changed) follow_cuts(k, report.notices);
   }
   tools_.strips.clear();
@@ -96,10 +97,10 @@ void World::Impl::follow_cuts(std::size_t number, std::vector<Notice>& notices) 
   if (liquid_)
     liquid_->follow_cut(body, notices);
   else
-    body.forget_wall_change();
+    body.cuts()->forget_wall_change();
   for (Probe& probe : probes_) {
     if (probe.body != number) continue;
-    body.follow_cut(probe.point);
+    body.cuts()->follow(probe.point);
     probe.strain = strain_at_point(body.shape(), probe.point);
   }
 }
@@ -147,10 +148,10 @@ std::vector<StrokeResult> World::Impl::stroke_results() const {
       if (!skin) skin.emplace(body.shape().surface_m);
       StrokeResult& result = all.emplace_back();
       result.score = score;
-      result.skin = skin_line(body.walls_of(score.stroke), body.shape().lattice, *skin);
+      result.skin = skin_line(body.cuts()->walls_of(score.stroke), body.shape().lattice, *skin);
       for (const SkinSegment& s : result.skin) result.skin_length_m += length(s.to_m - s.from_m);
       if (const auto& energy = scene_.bodies[b].cut_energy_j_m2)
-        result.peak_force_N = peak_cut_force_N(score.steps, *energy, body.spacing_m());
+        result.peak_force_N = peak_cut_force_N(score.steps, *energy, body.description().spacing_m);
       for (const PlannedLine& plan : plans_) {
         if (plan.body() != body.name()) continue;
         std::vector<SkinSegment> line = result.skin;

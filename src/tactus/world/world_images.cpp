@@ -4,6 +4,8 @@
 
 #include "tactus/base/error.h"
 #include "tactus/sim/blade_mesh.h"
+#include "tactus/sim/body/body_cuts.h"
+#include "tactus/tissue/embedded_surface.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
@@ -43,14 +45,15 @@ namespace {
 
 CutWalls cut_walls(const SoftBody& body) {
   CutWalls walls;
-  if (!body.is_cuttable() || body.cutter().surface().wall_area() <= 0) return walls;
-  const CubeLattice& lattice = body.cutter().lattice().lattice();
-  const cut::CutSurface& surface = body.cutter().surface();
+  if (body.cuts() == nullptr || body.cuts()->cutter().surface().wall_area() <= 0) return walls;
+  const cut::BodyCutter& cutter = body.cuts()->cutter();
+  const CubeLattice& lattice = cutter.lattice().lattice();
+  const cut::CutSurface& surface = cutter.surface();
   walls.spacing_m = lattice.spacing_m;
   for (Index t = 0; t < surface.triangle_count(); ++t)
     walls.is_wall.push_back(surface.is_wall(t) ? std::uint8_t{1} : std::uint8_t{0});
   for (Index v = 0; v < surface.vertex_count(); ++v) {
-    const embed::Anchor anchor = surface.anchor(body.cutter().lattice(), v);
+    const embed::Anchor anchor = surface.anchor(cutter.lattice(), v);
     const Vec3f cell = vec_cast<float>(lattice.cubes[static_cast<std::size_t>(anchor.cube)]);
     walls.rest_m.push_back(lattice.origin_m + lattice.spacing_m * (cell + anchor.local));
   }
@@ -68,7 +71,7 @@ FrameSnapshot World::Impl::snapshot() {
   ExecContext& ctx = devices_.context(0);
   if (has_surface_) snapshot.real = perception_->download();
   for (const auto& body : bodies_) {
-    snapshot.bodies.push_back(body->surface(ctx));
+    snapshot.bodies.push_back(body->surface().to_mesh(ctx));
     snapshot.cut_walls.push_back(cut_walls(*body));
     const BodyShape& shape = body->shape();
     snapshot.smooth.push_back(shape.has_creases ? 0 : static_cast<Index>(shape.surface_m.positions_m.size()));

@@ -2,13 +2,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/sim/body/body_steps.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
 
 int World::Impl::substeps_for(double dt_s, double substeps_per_s) const {
   int count = static_cast<int>(std::ceil(std::min(dt_s * substeps_per_s, double{kMostSubsteps})));
-  for (const auto& body : bodies_) count = std::max(count, body->substeps_for(static_cast<float>(dt_s)));
+  for (const auto& body : bodies_)
+    count = std::max(count, body->steps().substeps_for(static_cast<float>(dt_s)));
   if (liquid_) count = std::max(count, liquid_->substeps_for(dt_s));
   return std::clamp(count, 1, kMostSubsteps);
 }
@@ -19,12 +22,12 @@ void World::Impl::look_ahead_of_liquid(double dt_s) {
   for (const Reach& component : component_speeds_)
     if (component.m_s > 0) movers.push_back(component);
   for (const auto& body : bodies_) {
-    if (body->is_untouched() || body->is_frozen()) continue;
-    const RigidMotion& of = body->motion();
+    if (!body->description().contact || body->status().is_frozen) continue;
+    const RigidMotion& of = body->status().motion;
     // Nothing is known of its motion before its first substep.
     const Vec3d all{1e9, 1e9, 1e9};
     if (of.mass_kg > 0)
-      movers.push_back({of.low_m, of.high_m, static_cast<double>(body->fastest_m_s())});
+      movers.push_back({of.low_m, of.high_m, static_cast<double>(body->status().fastest_m_s())});
     else
       movers.push_back({-all, all, 0});
   }
@@ -43,9 +46,10 @@ double World::Impl::surface_m_s() const {
 double World::Impl::surface_m_s(const SoftBody& body, double seconds) const {
   double fastest = 0;
   for (const Reach& component : component_speeds_) {
-    const double displacement_m = (component.m_s + static_cast<double>(body.fastest_m_s())) * seconds,
-                 reach_m = 2 * (body.spacing_m() + static_cast<double>(sample_spacing_m_));
-    const RigidMotion& of = body.motion();
+    const double displacement_m =
+                     (component.m_s + static_cast<double>(body.status().fastest_m_s())) * seconds,
+                 reach_m = 2 * (body.description().spacing_m + static_cast<double>(sample_spacing_m_));
+    const RigidMotion& of = body.status().motion;
     const Vec3d apart = max(component.low_m - of.high_m, of.low_m - component.high_m);
     const bool far = of.mass_kg > 0 && std::max({apart.x, apart.y, apart.z}) > displacement_m + reach_m;
     if (!far) fastest = std::max(fastest, component.m_s);
@@ -59,12 +63,13 @@ World::Impl::FramePart World::Impl::next_part(double left_s, double age_s, doubl
   double falls_per_s = 0;     // likewise, that it may gain until the middle of the frame
   int unstrained = 1;         // substeps of the rest of the frame
   for (const auto& body : bodies_) {
-    spacings_per_s =
-        std::max(spacings_per_s, body->fastest_near_m_s(surface_m_s(*body, age_s), from_s, from_s + left_s) /
-                                     body->spacing_m());
-    if (!body->is_untouched() && !body->is_frozen())
-      falls_per_s = std::max(falls_per_s, 0.5 * length(scene_.gravity_m_s2) * left_s / body->spacing_m());
-    unstrained = std::max(unstrained, body->model().substeps_for(static_cast<float>(left_s)));
+    spacings_per_s = std::max(
+        spacings_per_s, body->steps().fastest_near_m_s(surface_m_s(*body, age_s), from_s, from_s + left_s) /
+                            body->description().spacing_m);
+    if (body->description().contact && !body->status().is_frozen)
+      falls_per_s =
+          std::max(falls_per_s, 0.5 * length(scene_.gravity_m_s2) * left_s / body->description().spacing_m);
+    unstrained = std::max(unstrained, body->tissue().model().substeps_for(static_cast<float>(left_s)));
   }
   if (liquid_) unstrained = std::max(unstrained, liquid_->substeps_for(left_s));
   const auto in_units = [&](double count) {

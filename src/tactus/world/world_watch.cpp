@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "tactus/tissue/embedded_surface.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
@@ -29,7 +30,7 @@ EnergyWatch World::Impl::make_energy_watch() const {
   for (const auto& body : bodies_) {
     EnergyWatch::Body& at_rest = bodies.emplace_back();
     at_rest.name = body->name();
-    at_rest.spacing_m = body->spacing_m();
+    at_rest.spacing_m = body->description().spacing_m;
     const CubeLattice& lattice = body->shape().lattice;
     Vec3d sum{};
     for (Index n = 0; n < lattice.node_count(); ++n) {
@@ -53,15 +54,16 @@ std::string World::Impl::gained_energy() {
   if (!energy_watch_.is_on()) return "";
   std::vector<EnergyWatch::Body> bodies;
   for (const auto& body : bodies_) {
-    const RigidMotion& motion = body->motion();
-    if (body->is_frozen()) energy_watch_.turn_off();
-    bodies.push_back({body->name(), motion.mass_kg, body->spacing_m(), motion.center_m, motion.kinetic_J});
+    const RigidMotion& motion = body->status().motion;
+    if (body->status().is_frozen) energy_watch_.turn_off();
+    bodies.push_back(
+        {body->name(), motion.mass_kg, body->description().spacing_m, motion.center_m, motion.kinetic_J});
   }
   return energy_watch_.follow(bodies, double{last_substep_s_});
 }
 
 ObstacleWatch::Surface World::Impl::surface_of(const SoftBody& body) const {
-  return [this, &body] { return body.surface(devices_.context(0)); };
+  return [this, &body] { return body.surface().to_mesh(devices_.context(0)); };
 }
 
 /// The other body whose box holds the centre of a body, and then its surface round it.
@@ -70,11 +72,11 @@ std::string World::Impl::inside_a_body(std::size_t body) {
   const SoftBody& of = *bodies_[body];
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const SoftBody& other = *bodies_[b];
-    const RigidMotion& there = other.motion();
-    if (b == body || other.is_untouched() || !(there.mass_kg > 0) ||
-        !holds(there.low_m, there.high_m, of.motion().center_m))
+    const RigidMotion& there = other.status().motion;
+    if (b == body || !other.description().contact || !(there.mass_kg > 0) ||
+        !holds(there.low_m, there.high_m, of.status().motion.center_m))
       continue;
-    std::string text = obstacle_watch_.find_in(of.name(), of.motion().center_m, surface_of(of),
+    std::string text = obstacle_watch_.find_in(of.name(), of.status().motion.center_m, surface_of(of),
                                                "body '" + other.name() + "'", surface_of(other));
     if (!text.empty()) return text;
   }
@@ -84,7 +86,7 @@ std::string World::Impl::inside_a_body(std::size_t body) {
 /// A body that jumped in has no point near the surface: nothing tells contact of it.
 std::string World::Impl::inside_the_surface(std::size_t body) {
   if (!has_surface_) return "";
-  const Vec3d center_m = bodies_[body]->motion().center_m;
+  const Vec3d center_m = bodies_[body]->status().motion.center_m;
   const RealSurfaceReport found = readback_.get<RealSurfaceReport>(surface_report_)[0];
   for (Index k = 0; k < found.components.count; ++k) {
     const SurfaceComponent& component = found.components.component[k];
@@ -103,8 +105,9 @@ void World::Impl::watch_bodies(StepReport& report) {
   if (report.substeps == 0) return;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const SoftBody& body = *bodies_[b];
-    if (body.is_untouched() || body.is_frozen()) continue;
-    warn("body.in_obstacle", obstacle_watch_.follow(body.name(), body.motion().center_m, surface_of(body)),
+    if (!body.description().contact || body.status().is_frozen) continue;
+    warn("body.in_obstacle",
+         obstacle_watch_.follow(body.name(), body.status().motion.center_m, surface_of(body)),
          ObstacleWatch::kRemedy);
     if (frames_watched_ % kFramesToWatch != 0) continue;
     warn("body.in_body", inside_a_body(b), ObstacleWatch::kRemedy);

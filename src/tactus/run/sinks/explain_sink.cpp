@@ -1,4 +1,8 @@
 #include "tactus/run/sinks/explain_sink.h"
+#include "tactus/sim/body/body_measures.h"
+#include "tactus/sim/body/body_places.h"
+#include "tactus/sim/body/body_steps.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/world/world_impl.h"
 
 #include <cstdio>
@@ -35,11 +39,12 @@ void ExplainSink::note(const std::string& key, std::int64_t tick, double badness
 void ExplainSink::note_body(const StepReport& report, SoftBody& body, ExecContext& ctx, std::int64_t tick) {
   const std::string head = "body '" + body.name() + "': ";
   const auto where = [&](Index cube) {
-    return body.cube_text(cube) + in_parentheses(body.acting_near(body.cube_center_m(cube)));
+    return body.places().cube_text(cube) +
+           in_parentheses(body.places().acting_near(body.places().cube_center_m(cube)));
   };
   const auto depth_m = static_cast<double>(report.contact.max_depth_m);
   const std::string pressed = depth_m > 0 ? printed("; contact moved a node by up to %.4g m", depth_m) : "";
-  const BodyMonitors monitors = body.monitors(ctx);
+  const BodyMonitors monitors = body.measures().monitors(ctx);
   if (monitors.inverted_cubes > 0 || monitors.min_J < kBadVolume) {
     note(head + "volume", tick, 1 - monitors.min_J, [&] {
       return head +
@@ -48,26 +53,26 @@ void ExplainSink::note_body(const StepReport& report, SoftBody& body, ExecContex
              where(monitors.min_J_cube) + pressed;
     });
   }
-  const auto ratio = static_cast<double>(body.strain().speed_ratio);
+  const auto ratio = static_cast<double>(body.status().strain.speed_ratio);
   if (ratio > kBadSpeed) {
     note(head + "waves", tick, ratio, [&] {
       const auto dt = static_cast<float>(report.dt_s);
-      const std::string cost =
-          substeps_are_given_
-              ? printed(": it asks for %d substeps, 'frame.substeps' is %d", body.substeps_for(dt),
-                        report.substeps)
-              : printed(": %d substeps instead of %d", body.substeps_for(dt), body.model().substeps_for(dt));
+      const std::string cost = substeps_are_given_
+                                   ? printed(": it asks for %d substeps, 'frame.substeps' is %d",
+                                             body.steps().substeps_for(dt), report.substeps)
+                                   : printed(": %d substeps instead of %d", body.steps().substeps_for(dt),
+                                             body.tissue().model().substeps_for(dt));
       return head + printed("waves are %.3g times as fast as at rest in ", ratio) +
-             where(body.strain().fastest_cube) + cost;
+             where(body.status().strain.fastest_cube) + cost;
     });
   }
-  const auto fastest = static_cast<double>(body.fastest_m_s());
-  if (fastest > body.wave_m_s()) {
+  const auto fastest = static_cast<double>(body.status().fastest_m_s());
+  if (fastest > body.steps().wave_m_s()) {
     note(head + "nodes", tick, fastest, [&] {
-      const Index node = body.fastest_node();
-      return head + body.node_text(node) +
-             printed(" went at %.3g m/s, faster than waves, %.3g m/s", fastest, body.wave_m_s()) +
-             in_parentheses(body.acting_near(body.rest_m(node)));
+      const Index node = body.status().node_check.fastest_node;
+      return head + body.places().node_text(node) +
+             printed(" went at %.3g m/s, faster than waves, %.3g m/s", fastest, body.steps().wave_m_s()) +
+             in_parentheses(body.places().acting_near(body.shape().lattice.rest_m(node)));
     });
   }
 }
@@ -76,7 +81,7 @@ void ExplainSink::frame(RunFrame& frame) {
   const StepReport& report = frame.report;
   const std::int64_t tick = frame.images.tick;
   for (const auto& body : frame.world.impl().bodies()) {
-    if (!body->is_frozen()) note_body(report, *body, frame.world.impl().context(), tick);
+    if (!body->status().is_frozen) note_body(report, *body, frame.world.impl().context(), tick);
   }
   for (const Notice& notice : report.notices)
     note(notice.message(), tick, 0, [&] { return notice.message(); });

@@ -5,6 +5,7 @@
 
 #include "tactus/fluid/liquid_mesh.h"
 #include "tactus/io/mesh/mesh_file.h"
+#include "tactus/sim/body/body_measures.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
@@ -44,7 +45,7 @@ void VtkSink::frame(RunFrame& frame) {
   ExecContext& ctx = frame.world.impl().context();
   for (const auto& body : frame.world.impl().bodies())
     write_vtu(add(frame, body->name(), ".vtu"), body->shape().lattice, body->shape().elements,
-              body->positions_m(ctx), body->velocities_m_s(ctx), body->strains(ctx));
+              body->positions_m(ctx), body->velocities_m_s(ctx), body->measures().strains(ctx));
   const std::shared_ptr<const FrameSnapshot> seen = frame.snapshot();
   if (!seen->real.triangles.empty()) write_vtp(add(frame, "real", ".vtp"), seen->real);
   if (frame.world.impl().liquid() != nullptr)

@@ -1,4 +1,7 @@
 #include "tactus/run/sinks/report_sink.h"
+#include "tactus/sim/body/body_cuts.h"
+#include "tactus/sim/body/slab_points.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/world/world_impl.h"
 
 #include <algorithm>
@@ -238,17 +241,17 @@ nlohmann::json ReportSink::to_json(const FrameLoop& loop, World& world, const st
   for (std::size_t b = 0; b < world.impl().bodies().size(); ++b) {
     const SoftBody& body = *world.impl().bodies()[b];
     json["bodies"].push_back({{"name", body.name()},
-                              {"nodes", body.node_count()},
-                              {"contact_points", body.contact_point_count()},
-                              {"devices", body.device_count()},
+                              {"nodes", body.shape().lattice.node_count()},
+                              {"contact_points", body.points().count()},
+                              {"devices", body.tissue().slab_count()},
                               {"monitors", monitors_json(summary.monitors, b)},
                               {"moved", motions_json(summary, b, scene_.bodies[b].moved)}});
     if (const auto points = points_.find(body.name()); points != points_.end())
       json["bodies"][b]["contacts"] = points->second;
   }
   for (std::size_t b = 0; b < world.impl().bodies().size(); ++b) {
-    if (!world.impl().bodies()[b]->is_cuttable()) continue;
-    const SoftBody::CutState state = world.impl().bodies()[b]->cut_state(world.impl().context());
+    if (world.impl().bodies()[b]->cuts() == nullptr) continue;
+    const BodyCuts::State state = world.impl().bodies()[b]->cuts()->state(world.impl().context());
     json["bodies"][b]["cut"] = {
         {"parts", state.parts}, {"copies", state.copies}, {"closed_volumes_m3", state.closed_volumes_m3}};
   }

@@ -1,24 +1,29 @@
 // State of a body between two frames.
+#include "tactus/frame/state_archive.h"
+#include "tactus/sim/body/slab_points.h"
 #include "tactus/sim/body/soft_body.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 
 void SoftBody::archive(StateArchive& a) {
   a.set_owner("body '" + name() + "'");
-  tissue_.archive(a);
-  points_.archive(a);
-  a.value("strain", strain_);
-  a.value("node check", node_check_);
-  a.value("motion", motion_);
-  a.value("whether it blew up", is_frozen_);
+  tissue_->archive(a);
+  points_->archive(a);
+  a.value("strain", status_.strain);
+  a.value("node check", status_.node_check);
+  a.value("motion", status_.motion);
+  a.value("whether it blew up", status_.is_frozen);
   a.value("whether it was inverted", was_inverted_);
   if (!a.reads()) return;
-  a.check(strain_.fastest_cube >= 0 && strain_.fastest_cube < shape_.lattice.cube_count() &&
-              strain_.smallest_cube >= 0 && strain_.smallest_cube < shape_.lattice.cube_count(),
+  a.check(status_.strain.fastest_cube >= 0 && status_.strain.fastest_cube < shape_.lattice.cube_count() &&
+              status_.strain.smallest_cube >= 0 && status_.strain.smallest_cube < shape_.lattice.cube_count(),
           "strain");
-  a.check(node_check_.fastest_node >= -1 && node_check_.fastest_node < node_count(), "node check");
-  tissue_.set_spin(motion_.spin_rad_s);
-  if (is_frozen_) tissue_.stop();
+  a.check(
+      status_.node_check.fastest_node >= -1 && status_.node_check.fastest_node < shape_.lattice.node_count(),
+      "node check");
+  tissue_->set_spin(status_.motion.spin_rad_s);
+  if (status_.is_frozen) tissue_->stop();
 }
 
 }  // namespace tactus

@@ -197,6 +197,11 @@ std::vector<ColliderTotals> SlabPoints::totals(const Readback& readback) const {
   return all;
 }
 
+ContactReport SlabPoints::report(const Readback& readback, float dt_frame_s, int substeps) const {
+  if (count_ == 0) return {};
+  return contact_report(totals(readback), dt_frame_s, substeps);
+}
+
 std::vector<ContactPoint> SlabPoints::contacts() {
   std::vector<ContactPoint> all;
   std::array<ReactionSums, kColliders> moved_on{};

@@ -48,6 +48,8 @@ class SlabPoints {
   void add_reports(Readback& readback);
   /// Totals of the frame that was waited for, per collider.
   std::vector<ColliderTotals> totals(const Readback& readback) const;
+  /// Reactions on the things that the body touched, over the frame that was waited for.
+  ContactReport report(const Readback& readback, float dt_frame_s, int substeps) const;
   /// Contacts of the frame that was waited for, in the body's order of points: the same on any number of
   /// slabs. Synchronizes.
   std::vector<ContactPoint> contacts();

@@ -8,9 +8,15 @@
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
-#include "tactus/sim/body/body_cut.h"
+#include "tactus/sim/body/body_cuts.h"
+#include "tactus/sim/body/body_measures.h"
+#include "tactus/sim/body/body_places.h"
 #include "tactus/sim/body/body_progress.h"
+#include "tactus/sim/body/body_steps.h"
+#include "tactus/sim/body/cut_capacity.h"
 #include "tactus/sim/body/default_damping.h"
+#include "tactus/sim/body/slab_points.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/tissue/hybrid/deflection_match.h"
 
 namespace tactus {
@@ -65,8 +71,9 @@ FlsmMaterial matched_material(ExecContext& ctx, const MaterialDescription& m, co
   return material;
 }
 
-BodySolver make_tissue(DeviceSet& devices, const BodyDescription& body, const BodyShape& shape,
-                       const TledOptions& elements, bool on_first_device) {
+std::unique_ptr<BodySolver> make_tissue(DeviceSet& devices, const BodyDescription& body,
+                                        const BodyShape& shape, const TledOptions& elements,
+                                        bool on_first_device) {
   const FlsmMaterial matched = matched_material(devices.context(0), body.material, shape);
   const std::optional<double> least =
       on_first_device ? std::optional(std::numeric_limits<double>::infinity()) : std::nullopt;
@@ -75,16 +82,17 @@ BodySolver make_tissue(DeviceSet& devices, const BodyDescription& body, const Bo
   report_many_cubes(body, static_cast<double>(shape.lattice.cube_count()),
                     " cubes: making tables of their elements");
   try {
-    return BodySolver(
+    return std::make_unique<BodySolver>(
         devices,
-        {.lattice = shape.lattice,
-         .elements = shape.elements,
-         .materials = shape.materials,
-         .material_of_cube = shape.material_of_cube,
-         .tled = elements,
-         .flsm = matched,
-         .conditions = {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}},
-        {.least_elements = least, .changes = changes});
+        BodyModel{
+            .lattice = shape.lattice,
+            .elements = shape.elements,
+            .materials = shape.materials,
+            .material_of_cube = shape.material_of_cube,
+            .tled = elements,
+            .flsm = matched,
+            .conditions = {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}},
+        BodySolver::Settings{.least_elements = least, .changes = changes});
   } catch (const Error& e) {
     throw Error("body '" + body.name + "': " + e.what(), e.kind());
   }
@@ -103,23 +111,57 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
       built_young_Pa_(body.material.young_modulus_pa),
       shape_(std::move(shape)),
       built_materials_(shape_.materials),
-      element_options_(element_options(body.material, shape_)),
       devices_(devices),
-      on_first_device_(on_first_device),
-      tissue_(make_tissue(devices, body, shape_, element_options_, on_first_device)),
-      frame_begin_x_m_(devices.device(0), shape_.lattice.node_count()),
-      surface_(devices.context(0), shape_.lattice, shape_.surface_m, 1,
-               surface_capacity(shape_.lattice, shape_.surface_m)),
-      full_stiffness_(body.material.kappa == Stiffness::paper) {
+      on_first_device_(on_first_device) {
+  const TledOptions elements = element_options(body.material, shape_);
+  tissue_ = make_tissue(devices, body, shape_, elements, on_first_device);
+  frame_begin_x_m_ = Buffer<Vec3f>(devices.device(0), shape_.lattice.node_count());
+  surface_ = std::make_unique<EmbeddedSurface>(devices.context(0), shape_.lattice, shape_.surface_m, 1.F,
+                                               surface_capacity(shape_.lattice, shape_.surface_m));
+  points_ = std::make_unique<SlabPoints>();
+  measures_ = std::make_unique<BodyMeasures>(shape_, elements, *tissue_);
+  places_ = std::make_unique<BodyPlaces>(description_, shape_, *tissue_, *points_);
+  steps_ = std::make_unique<BodySteps>(description_, shape_, *tissue_, status_, *places_);
   find_largest_energy();
   for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
   for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
-  if (body.cuttable) make_cuttable(devices.context(0));
-  report_many_cubes(body, static_cast<double>(shape_.lattice.cube_count()),
-                    " cubes: finding their surface's points");
-  if (body.contact) make_points();
-  report_many_cubes(body, static_cast<double>(shape_.lattice.cube_count()), " cubes: made");
+  make_points_and_cuts();
 }
+
+SoftBody::~SoftBody() = default;
+
+void SoftBody::make_points_and_cuts() {
+  const auto cubes = static_cast<double>(shape_.lattice.cube_count());
+  report_many_cubes(description_, cubes, " cubes: finding their surface's points");
+  std::optional<BodyBoundary> boundary;
+  if (description_.contact) {
+    boundary = body_boundary(shape_.lattice, shape_.surface_m, shape_.elements);
+    *points_ = SlabPoints(*tissue_, shape_.lattice, *boundary, point_capacity(shape_.lattice));
+  }
+  if (description_.cuttable)
+    cuts_ = std::make_unique<BodyCuts>(
+        devices_.context(0), CutTargets{description_, status_, shape_, *tissue_, *surface_, *points_},
+        boundary ? &*boundary : nullptr);
+  report_many_cubes(description_, cubes, " cubes: made");
+}
+
+BodyResources SoftBody::resources() const {
+  return {stage("nodes"), stage("surface"), stage("report"), stage("contact report")};
+}
+
+std::vector<Vec3f> SoftBody::positions_m(ExecContext& ctx) const {
+  return to_host(ctx, tissue_->body().x_m.const_view());
+}
+
+std::vector<Vec3f> SoftBody::velocities_m_s(ExecContext& ctx) const {
+  return to_host(ctx, tissue_->body().v_m_s.const_view());
+}
+
+void SoftBody::set_nodes(std::span<const Vec3f> x_m, std::span<const Vec3f> v_m_s) {
+  tissue_->set_state(x_m, v_m_s);
+}
+
+void SoftBody::update_surface(ExecContext& ctx) { surface_->update(ctx, tissue_->body()); }
 
 void SoftBody::find_largest_energy() {
   float young_Pa = 0;
@@ -130,7 +172,7 @@ void SoftBody::find_largest_energy() {
 
 void SoftBody::set_young_modulus_Pa(double young_Pa) {
   const auto scale = static_cast<float>(young_Pa / built_young_Pa_);
-  tissue_.scale_stiffness(scale);
+  tissue_->scale_stiffness(scale);
   description_.material.young_modulus_pa = young_Pa;
   for (std::size_t k = 0; k < shape_.materials.size(); ++k)
     shape_.materials[k].young_Pa = scale * built_materials_[k].young_Pa;
@@ -138,8 +180,8 @@ void SoftBody::set_young_modulus_Pa(double young_Pa) {
 }
 
 std::string SoftBody::devices_text() const {
-  if (device_count() > 1)
-    return "stepped by " + std::to_string(device_count()) + " of " + std::to_string(devices_.count()) +
+  if (tissue_->slab_count() > 1)
+    return "stepped by " + std::to_string(tissue_->slab_count()) + " of " + std::to_string(devices_.count()) +
            " devices";
   std::string one = "on one device of " + std::to_string(devices_.count());
   if (devices_.count() == 1) return one;
@@ -151,54 +193,52 @@ std::string SoftBody::devices_text() const {
 /// A body that is torn faster than its waves can follow inverts its cubes.
 void SoftBody::warn_of_fast_motion(const NodeMotion& motion) const {
   const FastestMove fastest = fastest_move(shape_.lattice, motion);
-  if (fastest.speed_m_s <= wave_m_s() || motion.nodes.size() == shape_.lattice.nodes.size()) return;
+  if (fastest.speed_m_s <= steps_->wave_m_s() || motion.nodes.size() == shape_.lattice.nodes.size()) return;
   char text[160];
   std::snprintf(text, sizeof text,
                 " moves at %.3g m/s on the way to keyframe %zu, faster than waves in the body (%.3g m/s): ",
-                fastest.speed_m_s, fastest.key, wave_m_s());
+                fastest.speed_m_s, fastest.key, steps_->wave_m_s());
   log_warning("body '" + name() + "': " + motion.name + text +
               "cubes next to it will invert; give it more time, or the body a larger young_modulus_pa");
 }
 
-/// Nothing looks into the frame of a body on which nothing acts.
-int SoftBody::check_every(int substeps) const { return nothing_acts() ? substeps : tissue_.check_every(); }
-
 std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int substeps) {
-  if (is_frozen_) return "";
-  const tled::CubeExtremes strain_before = strain_;
-  const NodeCheckRecord before = node_check_;
-  strain_ = tissue_.extremes(&readback);
-  node_check_ = tissue_.node_check(&readback);
-  motion_ = tissue_.rigid_motion(&readback);
-  tissue_.set_spin(motion_.spin_rad_s);
+  if (status_.is_frozen) return "";
+  const tled::CubeExtremes strain_before = status_.strain;
+  const NodeCheckRecord before = status_.node_check;
+  status_.strain = tissue_->extremes(&readback);
+  status_.node_check = tissue_->node_check(&readback);
+  status_.motion = tissue_->rigid_motion(&readback);
+  tissue_->set_spin(status_.motion.spin_rad_s);
   const std::string impossible = impossible_state();
-  if (impossible.empty() && node_check_.bad_substep < 0) return "";
-  const NodeCheckRecord bad = node_check_;
+  if (impossible.empty() && status_.node_check.bad_substep < 0) return "";
+  const NodeCheckRecord bad = status_.node_check;
   std::string text = "body '" + name() + "' blew up" + (bad.bad_substep < 0 ? impossible : "");
   if (bad.bad_substep >= 0) {
-    const int last = bad.bad_substep + 1, every = check_every(substeps),
+    const int last = bad.bad_substep + 1, every = steps_->check_every(substeps),
               first = (last - 1) / every * every + 1;
     text += (first < last ? " in substeps " + std::to_string(first) + " to " : " in substep ") +
             std::to_string(last) + " of " + std::to_string(substeps) + ", first seen at " +
-            node_text(bad.bad_node);
-    const std::string acting = acting_near(shape_.lattice.rest_m(bad.bad_node));
+            places_->node_text(bad.bad_node);
+    const std::string acting = places_->acting_near(shape_.lattice.rest_m(bad.bad_node));
     if (!acting.empty()) text += ": " + acting;
   }
   const std::vector<Vec3f> x_m = to_host(ctx, frame_begin_x_m_.const_view());
-  tissue_.set_state(x_m, std::vector<Vec3f>(x_m.size()));
-  tissue_.stop();
-  strain_ = strain_before;
-  node_check_ = before;
-  is_frozen_ = true;
+  tissue_->set_state(x_m, std::vector<Vec3f>(x_m.size()));
+  tissue_->stop();
+  status_.strain = strain_before;
+  status_.node_check = before;
+  status_.is_frozen = true;
   char state[200];
   std::snprintf(state, sizeof state,
                 "; in the frame before, its fastest node went at %.3g m/s, waves at %.3g m/s",
-                static_cast<double>(fastest_m_s()), wave_m_s() * static_cast<double>(strain_.speed_ratio));
+                static_cast<double>(status_.fastest_m_s()),
+                steps_->wave_m_s() * static_cast<double>(status_.strain.speed_ratio));
   text += state;
-  if (model().has_elements()) {
+  if (tissue_->model().has_elements()) {
     std::snprintf(state, sizeof state, ", and least volume was %.3g of that at rest in ",
-                  static_cast<double>(strain_.smallest_J));
-    text += state + cube_text(strain_.smallest_cube);
+                  static_cast<double>(status_.strain.smallest_J));
+    text += state + places_->cube_text(status_.strain.smallest_cube);
   }
   return text +
          "; it rests from now on: press or move it less, use more substeps, more damping or a finer lattice";
@@ -206,15 +246,17 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
 
 std::string SoftBody::impossible_state() const {
   // Kinetic energy without that of flight and turning, which no material limits.
-  const double moving_J = motion_.kinetic_J -
-                          0.5 * motion_.mass_kg * dot(motion_.velocity_m_s, motion_.velocity_m_s) -
-                          0.5 * dot(motion_.spin_rad_s, motion_.angular_momentum_kg_m2_s);
+  const double moving_J =
+      status_.motion.kinetic_J -
+      0.5 * status_.motion.mass_kg * dot(status_.motion.velocity_m_s, status_.motion.velocity_m_s) -
+      0.5 * dot(status_.motion.spin_rad_s, status_.motion.angular_momentum_kg_m2_s);
   char text[160];
   // A cube turned inside out by twice its volume: no force of a law makes that.
-  if (!(strain_.smallest_J > kLeastJ)) {
+  if (!(status_.strain.smallest_J > kLeastJ)) {
     std::snprintf(text, sizeof text, ": the volume of %s is %.3g times that at rest",
-                  cube_text(strain_.smallest_cube).c_str(), double{strain_.smallest_J});
-    const std::string acting = acting_near(cube_center_m(strain_.smallest_cube));
+                  places_->cube_text(status_.strain.smallest_cube).c_str(),
+                  double{status_.strain.smallest_J});
+    const std::string acting = places_->acting_near(places_->cube_center_m(status_.strain.smallest_cube));
     return text + (acting.empty() ? "" : " (" + acting + ")");
   }
   if (!(moving_J < largest_energy_J_)) {
@@ -223,198 +265,17 @@ std::string SoftBody::impossible_state() const {
                   moving_J, largest_energy_J_);
     return text;
   }
-  return std::isfinite(strain_.speed_ratio) ? "" : ": its strain is not finite";
+  return std::isfinite(status_.strain.speed_ratio) ? "" : ": its strain is not finite";
 }
 
 std::string SoftBody::newly_inverted() {
-  const bool before = std::exchange(was_inverted_, !is_frozen_ && strain_.inverted > 0);
+  const bool before = std::exchange(was_inverted_, !status_.is_frozen && status_.strain.inverted > 0);
   if (before || !was_inverted_) return "";
   char text[160];
   std::snprintf(text, sizeof text, "body '%s': %d cubes are inverted, the most %s, to %.3g times its volume",
-                name().c_str(), strain_.inverted, cube_text(strain_.smallest_cube).c_str(),
-                double{strain_.smallest_J});
+                name().c_str(), status_.strain.inverted,
+                places_->cube_text(status_.strain.smallest_cube).c_str(), double{status_.strain.smallest_J});
   return text;
-}
-
-double SoftBody::fastest_near_m_s(double surface_m_s, double from_s, double to_s) const {
-  if (is_frozen_ || nothing_acts()) return 0;
-  // A body that touches nothing may step as far as its material allows.
-  const double own_m_s =
-      description_.contact ? double{fastest_m_s()} : std::sqrt(double{node_check_.fastest_element2_m2_s2});
-  double speed = std::max(own_m_s, description_.contact ? surface_m_s : 0);
-  for (const NodeMotion& motion : shape_.motions)
-    speed = std::max(speed, fastest_move(shape_.lattice, motion, from_s, to_s).speed_m_s);
-  return speed;
-}
-
-void SoftBody::stop_nodes(ExecContext& ctx, double ago_s) {
-  std::vector<Vec3f> x_m = positions_m(ctx), v_m_s = velocities_m_s(ctx);
-  for (std::size_t i = 0; i < x_m.size(); ++i)
-    x_m[i] = x_m[i] - static_cast<float>(ago_s) * std::exchange(v_m_s[i], Vec3f{});
-  tissue_.set_state(x_m, v_m_s);
-}
-
-void SoftBody::slow_nodes(ExecContext& ctx, std::span<const Vec3d> by_m_s) {
-  std::vector<Vec3f> v_m_s = velocities_m_s(ctx);
-  for (std::size_t i = 0; i < v_m_s.size(); ++i) v_m_s[i] -= vec_cast<float>(by_m_s[i]);
-  tissue_.set_state(positions_m(ctx), v_m_s);
-}
-
-float SoftBody::fastest_m_s() const { return std::sqrt(node_check_.fastest2_m2_s2); }
-
-double SoftBody::wave_m_s() const {
-  const MaterialDescription& m = description_.material;
-  const double bar = std::sqrt(m.young_modulus_pa / m.density_kg_m3);
-  return model().has_elements()
-             ? std::max(bar, description_.spacing_m / static_cast<double>(model().stable_step_s()))
-             : bar;
-}
-
-std::string SoftBody::acting_near(Vec3f p_m) const {
-  const CubeLattice& lattice = shape_.lattice;
-  float nearest_m = std::numeric_limits<float>::infinity();
-  std::string text;
-  // Names all causes that are equally near.
-  const auto add = [&](const std::vector<Index>& nodes, const std::string& what) {
-    float least_m = std::numeric_limits<float>::infinity();
-    for (const Index node : nodes) least_m = std::min(least_m, length(lattice.rest_m(node) - p_m));
-    if (nodes.empty() || least_m > nearest_m) return;
-    text = (least_m < nearest_m || text.empty() ? "" : text + ", ") + what;
-    nearest_m = least_m;
-  };
-  for (const NodeMotion& motion : shape_.motions) {
-    char speed[48];
-    std::snprintf(speed, sizeof speed, " moves it, at up to %.3g m/s",
-                  fastest_move(lattice, motion).speed_m_s);
-    add(motion.nodes, motion.name + speed);
-  }
-  for (std::size_t k = 0; k < shape_.loads.size(); ++k)
-    add(tissue_.boundary().loads().nodes_of(k), shape_.loads[k].name + " acts on it");
-  // Fixed nodes far away are no cause of an event here.
-  std::vector<Index> fixed;
-  for (Index i = 0; i < lattice.node_count(); ++i)
-    if (lattice.fixed[static_cast<std::size_t>(i)] != 0 &&
-        length(lattice.rest_m(i) - p_m) < 3.5F * lattice.spacing_m)
-      fixed.push_back(i);
-  add(fixed, "'fixed' holds it");
-  add(points_.touched(), "the real surface or an obstacle touches it");
-  if (text.empty() || nearest_m < 0.9F * lattice.spacing_m) return text;
-  char distance[48];
-  std::snprintf(distance, sizeof distance, ", %.3g m from there", static_cast<double>(nearest_m));
-  return text + distance;
-}
-
-Vec3f SoftBody::cube_center_m(Index cube) const {
-  const CubeLattice& lattice = shape_.lattice;
-  return lattice.origin_m +
-         lattice.spacing_m *
-             (vec_cast<float>(lattice.cubes[static_cast<std::size_t>(cube)]) + Vec3f{0.5F, 0.5F, 0.5F});
-}
-
-void SoftBody::warn_of_many_substeps(float dt_s, int substeps, int most) {
-  const int unstrained = model().substeps_for(dt_s), needed = substeps_for(dt_s);
-  if (warned_of_substeps_ || is_frozen_ || needed <= most || (unstrained <= most && needed <= substeps))
-    return;
-  const MaterialDescription& m = description_.material;
-  char text[320];
-  if (unstrained > most) {
-    std::snprintf(
-        text, sizeof text,
-        "': a frame of %.3g s takes %d substeps, as it is stable up to %.3g s: young_modulus_pa %.3g, "
-        "density_kg_m3 %.3g and spacing_m %.3g make waves that fast; a coarser lattice, a softer or "
-        "a heavier material takes fewer",
-        double{dt_s}, unstrained, double{model().stable_step_s()}, m.young_modulus_pa, m.density_kg_m3,
-        description_.spacing_m);
-  } else {
-    std::snprintf(
-        text, sizeof text,
-        "' is crushed: waves are %.3g times as fast as at rest in %s, which asks for %d substeps; it "
-        "gets %d: press it less or slower, or make it stiffer",
-        double{strain_.speed_ratio}, cube_text(strain_.fastest_cube).c_str(), needed, substeps);
-  }
-  log_warning("body '" + name() + text);
-  warned_of_substeps_ = true;
-}
-
-void SoftBody::check_substeps(float dt_frame_s, int substeps, int most_of_frame) {
-  warn_of_many_substeps(dt_frame_s, substeps, most_of_frame);
-  const float dt_s = dt_frame_s / static_cast<float>(substeps);
-  char text[256];
-  if (model().has_elements() && dt_s > 1.0001F * model().tled().stable_step_s()) {
-    const double stable_s = model().tled().stable_step_s();
-    throw usage_error("body '" + name() + "': 'frame.substeps' is " + std::to_string(substeps) +
-                      ", steps of " + number_text(dt_s, stable_s) + " s, but its elements are stable up to " +
-                      number_text(stable_s) + " s; expected at least " +
-                      std::to_string(model().tled().substeps_for(dt_frame_s)) + ", or auto");
-  }
-  if (matching_every() > 1 && substeps % matching_every() != 0) {
-    std::snprintf(text, sizeof text,
-                  "': 'frame.substeps' is %d, expected a multiple of its 'matching_every', %d", substeps,
-                  matching_every());
-    throw usage_error("body '" + name() + text);
-  }
-  if (const int most = model().most_matching_every(dt_s); matching_every() > most) {
-    std::snprintf(
-        text, sizeof text,
-        "': 'matching_every' is %d, but after more than %d substeps of %.3g s at once its shape matching "
-        "would be softer than its material; expected at most %d",
-        matching_every(), most, static_cast<double>(dt_s), most);
-    throw usage_error("body '" + name() + text);
-  }
-  if (!model().flsm() || full_stiffness_ || warned_of_softness_) return;
-  const double young_Pa = static_cast<double>(model().flsm()->effective_young_Pa(dt_s));
-  if (young_Pa > 0.99 * description_.material.young_modulus_pa) return;
-  std::snprintf(text, sizeof text,
-                "': 'frame.substeps' is %d, so its shape matching is as soft as a young_modulus_pa of %.3g; "
-                "expected at least %d, or auto",
-                substeps, young_Pa, model().flsm()->substeps_for(dt_frame_s));
-  log_warning("body '" + name() + text);
-  warned_of_softness_ = true;
-}
-
-std::string SoftBody::node_text(Index node) const {
-  const Vec3f p = shape_.lattice.rest_m(node);
-  char text[96];
-  std::snprintf(text, sizeof text, "node %d, at rest at (%.3f, %.3f, %.3f) m", node, static_cast<double>(p.x),
-                static_cast<double>(p.y), static_cast<double>(p.z));
-  return text;
-}
-
-std::string SoftBody::cube_text(Index cube) const {
-  const Vec3f p = cube_center_m(cube);
-  char text[96];
-  std::snprintf(text, sizeof text, "cube %d, at rest round (%.3f, %.3f, %.3f) m", cube,
-                static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z));
-  const std::uint8_t material = shape_.material_of_cube[static_cast<std::size_t>(cube)];
-  const std::string region = material == 0 ? "" : description_.regions[material - 1U].name;
-  return text + (region.empty() ? "" : " in region '" + region + "'");
-}
-
-BodyMonitors SoftBody::monitors(ExecContext& ctx, double step_s) const {
-  return measure_body(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-                      element_options_, to_host(ctx, tissue_.body().x_m.const_view()),
-                      to_host(ctx, tissue_.body().v_m_s.const_view()), step_s);
-}
-
-std::vector<CubeStrain> SoftBody::strains(ExecContext& ctx) const {
-  return cube_strains(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-                      element_options_, positions_m(ctx));
-}
-
-std::vector<CubeStrain> SoftBody::strains(std::span<const Vec3f> x_m, std::span<const Index> cubes) const {
-  return cube_strains(shape_.lattice, shape_.elements, shape_.materials, shape_.material_of_cube,
-                      element_options_, x_m, cubes);
-}
-
-std::vector<std::uint8_t> SoftBody::element_triangles(ExecContext& ctx) const {
-  const std::vector<embed::Anchor> anchors = to_host(ctx, surface_.anchors());
-  const std::vector<Index> corners = to_host(ctx, surface_.triangles());
-  std::vector<std::uint8_t> is_element;
-  for (std::size_t t = 0; t < corners.size(); t += 3) {
-    const auto cube = static_cast<std::size_t>(anchors[static_cast<std::size_t>(corners[t])].cube);
-    is_element.push_back(shape_.elements[cube]);
-  }
-  return is_element;
 }
 
 }  // namespace tactus

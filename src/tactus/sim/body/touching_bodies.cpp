@@ -6,6 +6,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/sim/body/slab_points.h"
 
 namespace tactus {
 namespace {
@@ -64,43 +65,47 @@ TouchingBodies::TouchingBodies(ExecContext& ctx, const std::vector<std::unique_p
     : ctx_(ctx) {
   for (std::size_t b = 1; b < bodies.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
-      const auto spacing_m = static_cast<float>(std::min(bodies[a]->spacing_m(), bodies[b]->spacing_m()));
-      const auto overlap = overlap_at_rest(bodies[a]->shape().surface_m, bodies[a]->fill(),
-                                           bodies[b]->shape().surface_m, bodies[b]->fill(), 0.5F * spacing_m);
-      const bool touch = contact.bodies && !bodies[a]->is_untouched() && !bodies[b]->is_untouched();
+      const auto spacing_m = static_cast<float>(
+          std::min(bodies[a]->description().spacing_m, bodies[b]->description().spacing_m));
+      const auto overlap = overlap_at_rest(bodies[a]->shape().surface_m, bodies[a]->description().shape.fill,
+                                           bodies[b]->shape().surface_m, bodies[b]->description().shape.fill,
+                                           0.5F * spacing_m);
+      const bool touch =
+          contact.bodies && bodies[a]->description().contact && bodies[b]->description().contact;
       if (overlap) warn_of_overlap(*bodies[a], *bodies[b], *overlap, touch);
     }
   }
   std::vector<std::vector<EmbeddedPoint>> points;
   std::vector<PairedBody> all;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (bodies[b]->is_untouched()) continue;
+    if (!bodies[b]->description().contact) continue;
     body_of_.push_back(static_cast<Index>(b));
-    nodes_.push_back(bodies[b]->nodes_resource());
+    nodes_.push_back(bodies[b]->resources().nodes);
   }
   const bool touch_themselves = std::any_of(body_of_.begin(), body_of_.end(), [&](Index b) {
-    return touches_itself(contact, bodies[static_cast<std::size_t>(b)]->is_cuttable());
+    return touches_itself(contact, bodies[static_cast<std::size_t>(b)]->cuts() != nullptr);
   });
   if (!touch_themselves && !(contact.bodies && body_of_.size() > 1)) return;
   std::vector<RestSolid> solids(body_of_.size());
-  for (const Index b : body_of_) points.push_back(bodies[static_cast<std::size_t>(b)]->contact_points(ctx));
+  for (const Index b : body_of_)
+    points.push_back(to_host(ctx, bodies[static_cast<std::size_t>(b)]->points().points(0).table().points));
   for (std::size_t k = 0; k < body_of_.size(); ++k) {
     SoftBody& body = *bodies[static_cast<std::size_t>(body_of_[k])];
     const BodyShape& shape = body.shape();
     solid_.emplace_back();
-    if (body.is_cuttable()) {
-      solids[k] = rest_solid(shape.lattice, shape.surface_m, body.fill());
+    if (body.cuts() != nullptr) {
+      solids[k] = rest_solid(shape.lattice, shape.surface_m, body.description().shape.fill);
       solid_.back().emplace(shape.lattice, solids[k]);
     }
     all.push_back({.lattice = shape.lattice,
                    .surface = shape.surface_m,
-                   .fill = body.fill(),
+                   .fill = body.description().shape.fill,
                    .points = points[k],
-                   .nodes = body.contact_nodes(),
+                   .nodes = body.points().nodes(0),
                    .touches_itself = contact.self,
-                   .cuttable = body.is_cuttable(),
+                   .cuttable = body.cuts() != nullptr,
                    .walls_touch = contact.cut_walls,
-                   .solid = body.is_cuttable() ? &solids[k] : nullptr});
+                   .solid = body.cuts() != nullptr ? &solids[k] : nullptr});
   }
   pairs_ = std::make_unique<BodyPairs>(ctx, all,
                                        ContactSettings{.restitution = static_cast<float>(contact.restitution),

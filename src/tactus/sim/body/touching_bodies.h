@@ -5,6 +5,9 @@
 #include <vector>
 
 #include "tactus/contact/pairs/body_pairs.h"
+#include "tactus/frame/readback.h"
+#include "tactus/frame/schedule.h"
+#include "tactus/frame/state_archive.h"
 #include "tactus/sim/body/cut_solid.h"
 #include "tactus/sim/body/soft_body.h"
 

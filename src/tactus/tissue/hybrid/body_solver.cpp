@@ -398,7 +398,7 @@ void BodySolver::stop() {
   }
 }
 
-BodySolver::MotionForces BodySolver::motion_forces(double dt_frame_s) {
+BodySolver::MotionForces BodySolver::motion_forces(double dt_frame_s) const {
   MotionForces all{std::vector<Vec3d>(motion_count_), std::vector<Vec3d>(motion_count_)};
   for (auto& part : parts_) {
     part->boundary.driven().add_mean_forces_N(part->ctx, dt_frame_s, all.forces_N);

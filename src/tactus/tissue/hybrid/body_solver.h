@@ -83,7 +83,7 @@ class BodySolver {
     std::vector<Vec3d> forces_N, torques_N_m;  ///< per motion, in the model's order
   };
   /// Synchronizes.
-  MotionForces motion_forces(double dt_frame_s);
+  MotionForces motion_forces(double dt_frame_s) const;
   /// All nodes of the body on the first device, as end_frame left them; where that is the only device, the
   /// state that it steps.
   const BodyState& body() const { return parts_.size() == 1 ? parts_.front()->state : body_; }

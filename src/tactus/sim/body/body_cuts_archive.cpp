@@ -2,7 +2,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "tactus/sim/body/soft_body.h"
+#include "tactus/sim/body/body_cuts.h"
+#include "tactus/sim/body/body_shape.h"
+#include "tactus/tissue/embedded_surface.h"
+#include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
 namespace {
@@ -26,12 +29,12 @@ void archive_list(StateArchive& a, const char* name, std::vector<T>& list, Index
 
 }  // namespace
 
-void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const CutObserver& observer,
-                            const std::function<void()>& end_frame) {
-  a.set_owner("cuts of body '" + name() + "'");
+void BodyCuts::archive(ExecContext& ctx, StateArchive& a, const Observer& observer,
+                       const std::function<void()>& end_frame) {
+  a.set_owner("cuts of body '" + body_.description.name + "'");
   std::vector<Index> edges_of, cubes_of, cubes;
   std::vector<Journal::Edge> edges;
-  for (const Journal& journal : cutter_->lattice().journals()) {
+  for (const Journal& journal : cutter_.lattice().journals()) {
     edges_of.push_back(size_of(journal.edges));
     cubes_of.push_back(size_of(journal.cubes));
     edges.insert(edges.end(), journal.edges.begin(), journal.edges.end());
@@ -39,7 +42,7 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const CutObserver
   }
   std::vector<JournalOrigin> origins = journal_origins_;
   // A cube has 19 edges and diagonals, each cut once; it is listed with each of them at most.
-  const Index most = 19 * shape_.lattice.cube_count();
+  const Index most = 19 * body_.shape.lattice.cube_count();
   archive_list(a, "edges of strips", edges_of, kMostJournals);
   archive_list(a, "cubes of strips", cubes_of, size_of(edges_of));
   archive_list(a, "edges that are cut", edges, most);
@@ -47,11 +50,11 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const CutObserver
   a.check(edges_of.size() == cubes_of.size(), "cubes of strips");
   archive_list(a, "strokes of strips", origins, size_of(edges_of));
   a.check(edges_of.size() == origins.size(), "strokes of strips");
-  archive_list(a, "nodes when blades cut last", last_x_m_, shape_.lattice.node_count());
-  a.check(last_x_m_.empty() || size_of(last_x_m_) == shape_.lattice.node_count(),
+  archive_list(a, "nodes when blades cut last", last_x_m_, body_.shape.lattice.node_count());
+  a.check(last_x_m_.empty() || size_of(last_x_m_) == body_.shape.lattice.node_count(),
           "nodes when blades cut last");
-  std::vector<cut::LatticeCutter::KeptOff> kept_off = cutter_->lattice().kept_off();
-  archive_list(a, "nodes that are kept off blades", kept_off, shape_.lattice.node_count());
+  std::vector<cut::LatticeCutter::KeptOff> kept_off = cutter_.lattice().kept_off();
+  archive_list(a, "nodes that are kept off blades", kept_off, body_.shape.lattice.node_count());
   archive_trails(a);
   if (!a.reads()) return;
   auto trails = std::exchange(trails_, {});
@@ -66,21 +69,21 @@ void SoftBody::archive_cuts(ExecContext& ctx, StateArchive& a, const CutObserver
     a.check(origins[k].stroke >= 0 && origins[k].stroke < kMostStrokes, "strokes of strips");
     begin_stroke(origins[k].stroke, origins[k].frame);
     journal_origins_.push_back(origins[k]);
-    cutter_->cut(journal, change_);
+    cutter_.cut(journal, change_);
     const std::vector<Vec3f> last_x_m = last_x_m_;
     if (!change_.copies.empty()) {
       do follow(ctx, change_, observer);
-      while (cutter_->match_parts(change_));
+      while (cutter_.match_parts(change_));
     }
     last_x_m_ = last_x_m;
     if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
   }
-  cutter_->keep_off(kept_off);
+  cutter_.keep_off(kept_off);
   trails_ = std::move(trails);
-  surface_.update(ctx, tissue_.body());
+  body_.surface.update(ctx, body_.tissue.body());
 }
 
-void SoftBody::archive_trails(StateArchive& a) {
+void BodyCuts::archive_trails(StateArchive& a) {
   Index count = size_of(trails_);
   a.value("trails of blades", count);
   a.check(count >= 0 && count <= kMostTrails, "trails of blades");
@@ -95,17 +98,17 @@ void SoftBody::archive_trails(StateArchive& a) {
     a.value("turn of the body", trail.turn);
     archive_list(a, "last edge", trail.edge, kMostTrailPoints);
     archive_list(a, "parts of the edge", trail.parts, kMostTrailPoints);
-    archive_list(a, "nodes of the trail", trail.nodes, shape_.lattice.node_count());
-    archive_list(a, "names of nodes", trail.names, shape_.lattice.node_count());
+    archive_list(a, "nodes of the trail", trail.nodes, body_.shape.lattice.node_count());
+    archive_list(a, "names of nodes", trail.names, body_.shape.lattice.node_count());
     Index points = 1;
     for (const int part : trail.parts) {
       a.check(part >= 1 && part <= 200, "parts of the edge");
       points += part;
     }
     const bool is_empty = trail.nodes.empty() && trail.edge.empty();
-    a.check(
-        is_empty || (size_of(trail.edge) == points && size_of(trail.nodes) == shape_.lattice.node_count()),
-        "last edge");
+    a.check(is_empty ||
+                (size_of(trail.edge) == points && size_of(trail.nodes) == body_.shape.lattice.node_count()),
+            "last edge");
     a.check(trail.names.size() == trail.nodes.size(), "names of nodes");
   }
   trails_ = {trails.begin(), trails.end()};
