@@ -120,6 +120,7 @@ void BodyPoints::make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> po
 
 void BodyPoints::apply(ExecContext& ctx, std::span<const PointChange> changes) {
   if (changes.empty()) return;
+  searched_in_ = -1;
   check(changes);
   change_rows(changes);
   std::vector<SetPoints::Change> set;
@@ -196,14 +197,17 @@ void BodyPoints::change_blocks(std::span<const PointChange> changes) {
   }
 }
 
-/// The surface is a new one, so the results of searches near the old one are void.
-void BodyPoints::begin_frame(ExecContext& ctx) {
+void BodyPoints::begin_frame(ExecContext& ctx, ContactFrame frame) {
   ctx.fill_bytes(recorded_.view(), 0);
+  const bool was_searched = searched_in_ >= 0 && searched_in_ == frame.number - 1;
+  searched_in_ = frame.number;
+  if (was_searched && !frame.is_new) return;
   ctx.fill_bytes(searched_.view(), 0xff);
   ctx.fill_bytes(block_pose_.view(), 0xff);
 }
 
 void BodyPoints::reset(ExecContext& ctx) {
+  searched_in_ = -1;
   ctx.fill_bytes(touching_.view(), 0);
   ctx.fill_bytes(recorded_.view(), 0);
   ctx.fill_bytes(node_weight_.view(), 0);
@@ -222,6 +226,7 @@ void BodyPoints::archive(ExecContext& ctx, StateArchive& a) {
     a.check(touching[p] == 0 || (contact[p].collider >= 0 && contact[p].collider < kColliders), "contacts");
   a.buffer(ctx, "weights of nodes", node_weight_);
   if (!a.reads()) return;
+  searched_in_ = -1;
   ctx.upload(touching, touching_.view());
   ctx.upload(contact, contact_.view());
   ctx.synchronize();

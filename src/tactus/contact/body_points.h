@@ -269,6 +269,12 @@ struct WeighRows {
   }
 };
 
+/// A frame of contact.
+struct ContactFrame {
+  std::int64_t number = 0;  ///< 1, 2, ..; 0: not counted
+  bool is_new = true;       ///< what bodies touch isn't the same as in the frame before
+};
+
 /// Host and device side of one body's points.
 class BodyPoints {
  public:
@@ -297,7 +303,9 @@ class BodyPoints {
   Index block_count() const { return block_pose_.size(); }
   /// (kColliders) Sums of the frame that ended.
   View<const ColliderTotals> totals() const { return totals_.const_view(); }
-  void begin_frame(ExecContext& ctx);
+  /// Searches of the frame before stay valid where nothing new is to be touched. @param frame
+  /// Contact::frame()
+  void begin_frame(ExecContext& ctx, ContactFrame frame = {});
   void end_frame(ExecContext& ctx);
   View<const Index> touching() const { return touching_.const_view(); }
   /// Archives the state that lasts from frame to frame. Synchronizes. @throws Error.
@@ -315,6 +323,7 @@ class BodyPoints {
   float lattice_spacing_m_ = 0;
   Index node_count_ = 0, first_count_ = 0, first_blocks_ = 0, own_rows_ = 0, moved_rows_ = 0;
   Index capacity_ = 0;                      ///< points that may still come
+  std::int64_t searched_in_ = -1;           ///< the frame; < 0: none
   std::vector<EmbeddedPoint> host_points_;  ///< where there is capacity
   std::vector<Index> row_of_;               ///< per node
   std::vector<IndexRange> host_blocks_;

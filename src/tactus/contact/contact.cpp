@@ -1,6 +1,7 @@
 #include "tactus/contact/contact.h"
 
 #include <string>
+#include <utility>
 
 #include "tactus/contact/find_kernels.h"
 #include "tactus/contact/paper_kernels.h"
@@ -57,7 +58,7 @@ ContactSettings checked(const ContactSettings& s) {
 }
 
 Contact::Contact(Device& device, const ContactSettings& settings)
-    : settings_(checked(settings)), poses_(device, kMostSubsteps) {}
+    : settings_(checked(settings)), poses_(device, device.is_cuda() ? kMostSubsteps : 2 * kMostSubsteps) {}
 
 void Contact::set_response(float friction, float restitution) {
   ContactSettings changed = settings_;
@@ -73,8 +74,15 @@ void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const Co
     throw Error("contact: " + std::to_string(times.substeps) + " substeps, expected at most " +
                 std::to_string(kMostSubsteps));
   }
+  if (!ctx.device().is_cuda()) {  // else frames are recorded
+    first_pose_ = kMostSubsteps - first_pose_;
+    frame_ = {frame_.number + 1,
+              std::exchange(is_changed_, false) ||
+                  std::exchange(surface_version_, surface.version()) != surface.version()};
+  }
   ctx.parallel_for("contact/pose", times.frame.empty() ? Count(times.substeps) : substep_count(times.frame),
-                   PoseSurface{surface.motions(), surface.components(), times, poses_.view(), tools});
+                   PoseSurface{surface.motions(), surface.components(), times,
+                               poses_.view().part(first_pose_, kMostSubsteps), tools});
   if (settings_.response != ContactResponse::paper) return;
   const SamplesView samples = surface.samples();
   if (sample_m3_.empty()) sample_m3_ = Buffer<float>(ctx.device(), samples.x_m.size());
@@ -85,7 +93,7 @@ void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const Co
 void Contact::push_out(ExecContext& ctx, const RealSurface& surface, BodyPoints& points,
                        const ContactNodes& nodes) {
   check(points, nodes);
-  const View<const SurfacePoses> poses = poses_.const_view();
+  const View<const SurfacePoses> poses = this->poses();
   const TouchingPoints body = touching_points(surface, points, nodes);
   ctx.parallel_for("contact/push_out", points.count(),
                    DeepRescue{times_,
@@ -99,7 +107,7 @@ void Contact::push_out(ExecContext& ctx, const RealSurface& surface, BodyPoints&
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                       BodyPoints& points, const ContactNodes& nodes, Index k, Index later_steps) {
   check(points, nodes);
-  const View<const SurfacePoses> poses = poses_.const_view();
+  const View<const SurfacePoses> poses = this->poses();
   const TouchingPoints body = touching_points(surface, points, nodes);
   // Where all points are corrected in every substep, none is one of the last.
   const bool has_last = later_steps > 1, all = k % later_steps == 0;
@@ -108,6 +116,8 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
               blocks = all ? points.block_count() : first_blocks, end = all ? points.count() : first_points;
   if (body.table.moved == 0 || end == 0) return;  // no point here moves anything
   const SubstepsTo now{k, times_.dt_s, times_.frame, first_points, later_steps};
+  SubstepsTo in_all = now;
+  in_all.first_pose = first_pose_;
   const float spacing_m = surface.settings().sample_spacing_m, lattice_m = points.lattice_spacing_m();
   if (settings_.response == ContactResponse::paper)
     ctx.parallel_for("contact/paper", end,
@@ -122,12 +132,12 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
                                   now});
   else
     find(ctx,
-         {{surface.triangles(), surface.coarse_samples(), poses, obstacles},
+         {{surface.triangles(), surface.coarse_samples(), poses_.const_view(), obstacles},
           body,
           settings_.restitution,
           settings_.friction,
           kListMargin * spacing_m,
-          now},
+          in_all},
          points.blocks(), first_blocks, blocks);
   apply(ctx, end, {body, points.blocks().points.part(0, blocks), poses, 0, times_});
 }
@@ -138,7 +148,7 @@ void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<cons
   ctx.parallel_for(
       "contact/walls", count,
       FindNearWalls{particles,
-                    {surface.triangles(), surface.coarse_samples(), poses_.const_view(), obstacles},
+                    {surface.triangles(), surface.coarse_samples(), poses(), obstacles},
                     SubstepsTo{k, times_.dt_s, times_.frame},
                     reach_m,
                     first_collider,

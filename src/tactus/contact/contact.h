@@ -28,8 +28,8 @@ struct ContactSettings {
 ContactSettings checked(const ContactSettings& settings);
 
 /// Order in a frame, all on one context and without a read-back:
-///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body points.begin_frame(),
-///   contact.push_out(); for each substep k: integrate; contact.correct(k); for each body points.end_frame();
+///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body
+///   points.begin_frame(contact.frame()), contact.push_out(); for each substep k: integrate; contact.correct(k); for each body points.end_frame();
 ///   and where the frame was waited for, contact_report().
 class Contact {
  public:
@@ -59,12 +59,20 @@ class Contact {
   /// Between frames. A recorded frame must be recorded anew. @throws Error as the constructor.
   void set_response(float friction, float restitution);
   /// After 1, 2, .. substeps of this frame.
-  View<const SurfacePoses> poses() const { return poses_.const_view(); }
+  View<const SurfacePoses> poses() const { return poses_.const_view().part(first_pose_, kMostSubsteps); }
+  /// Of the frame that began last.
+  ContactFrame frame() const { return frame_; }
+  /// Something that may be touched came or went: searches of the frame before are void in the next one.
+  void invalidate() { is_changed_ = true; }
 
  private:
   ContactSettings settings_;
   ContactTimes times_;
-  Buffer<SurfacePoses> poses_;
+  ContactFrame frame_;
+  bool is_changed_ = true;
+  std::int64_t surface_version_ = 0;
+  Index first_pose_ = 0;        ///< of this frame
+  Buffer<SurfacePoses> poses_;  ///< of this frame and, on a CPU, of the one before
   Buffer<float> sample_m3_;  ///< with the paper's response
 };
 

@@ -33,6 +33,11 @@ ContactOnDevices::ContactOnDevices(DeviceSet& devices, int count, const RealSurf
 
 void ContactOnDevices::move_tools(std::span<const ToolMotion> tools) {
   if (tools.empty()) return;
+  std::vector<Index> there;
+  for (const ToolMotion& tool : tools) there.push_back(tool.is_there);
+  if (there != tools_there_)
+    for (auto& part : parts_) part->contact.invalidate();
+  tools_there_ = std::move(there);
   std::copy(tools.begin(), tools.end(), tool_ring_.next().begin());
   for (int p = 0; p < count(); ++p) devices_.context(p).upload(tool_ring_.newest(), part(p).tools.view());
   tool_ring_.sent();

@@ -57,6 +57,7 @@ class ContactOnDevices {
   std::vector<MeshCopy> copies_;  ///< per device; of the first, empty
   Event ready_;
   UploadRing<ToolMotion> tool_ring_;  ///< empty where there are no tools
+  std::vector<Index> tools_there_;    ///< ToolMotion::is_there
 };
 
 }  // namespace tactus

@@ -24,19 +24,25 @@ struct WakePoints {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const TouchingPoints& body = of_all.body;
-    if (body.nodes.has_stopped()) return;
     const Index block = b.index(), first = blocks.points[block].begin,
                 count = blocks.points[block].end - first;
+    if (body.nodes.has_stopped()) {
+      if (begins_frame<Block>()) forget(block);
+      return;
+    }
     if (count == 0) return;  // capacity
     ContactFinder finder = of_all;
     finder.turn_to(first);
-    const float moved_m = block_moved_m(b, s, finder, block);
+    float moved_m = block_moved_m(b, s, finder, block), rounding_m = 0;
+    const bool renews = begins_frame<Block>();
+    if (renews) rounding_m = renew(finder, block, moved_m);
     if (Block::kIsLoop && moved_m != kNever && moved_m < least_sleep_m(first, count)) return;
     b.for_threads(count, [&](int t) {
       s.sleep_m[t] = -1;
       if (moved_m != kNever && moved_m < blocks.sleep_m[first + t]) return;
       PointQuery p;
       finder.begin(first + t, p);
+      if (renews) finder.renew(first + t, rounding_m, p);
       s.sleep_m[t] = p.sleep_m;
       if (p.now == PointQuery::Now::listed)
         body.state.awake.add(first + t);
@@ -49,7 +55,44 @@ struct WakePoints {
   }
 
  private:
-  static constexpr float kNever = -1;
+  static constexpr float kNever = -1, kFar_m = 1e20F;
+  /// Whether the results of searches in the frame before have to be carried over. A GPU, whose recorded frames
+  /// can't tell whether the surface is a new one, searches in every frame.
+  template <class Block>
+  TACTUS_HD bool begins_frame() const {
+    if constexpr (Block::kIsLoop)
+      return of_all.now.substep == 0;
+    else
+      return false;
+  }
+  /// Nothing is known of its points.
+  TACTUS_HD void forget(Index block) const {
+    blocks.pose[block] = -1;
+    for (Index i = blocks.points[block].begin; i < blocks.points[block].end; ++i)
+      of_all.body.state.searched[i] = -1;
+  }
+  /// Points sleep on from the frame before, where they did: their distances count from where nodes are now, as
+  /// that frame's poses are gone soon. Returns by how much distances are rounded.
+  TACTUS_HD float renew(const ContactFinder& finder, Index block, float& moved_m) const {
+    const TouchingPoints& body = finder.body;
+    const IndexRange points = blocks.points[block], list = blocks.lists[block];
+    const Vec3f at = list.begin < list.end ? body.nodes.position(blocks.nodes[list.begin]) : Vec3f{};
+    const float rounding_m = kRounding * (abs(at.x) + abs(at.y) + abs(at.z) + body.margin_m),
+                far_m = ContactFinder::farthest_m(moved_m, rounding_m);
+    const bool may_sleep = moved_m >= 0.F && moved_m < kFar_m;
+    for (Index i = points.begin; i < points.end; ++i) {
+      const float sleep_m = may_sleep && body.state.touching[i] == 0 ? blocks.sleep_m[i] - far_m : 0.F;
+      blocks.sleep_m[i] = sleep_m;
+      // Points that sleep are looked at anew when they wake, and those that are near shapes, always.
+      if (sleep_m > 0.F || body.state.neighbours[i].listed_m >= kFar_m) body.state.searched[i] = -1;
+    }
+    moved_m = may_sleep ? 0 : kNever;
+    if (!may_sleep) return rounding_m;
+    blocks.pose[block] = finder.pose;
+    for (Index k = list.begin; k < list.end; ++k) blocks.x_m[k] = body.nodes.position(blocks.nodes[k]);
+    return rounding_m;
+  }
+  static constexpr float kRounding = 1.F / (1 << 20);  ///< of a position that is computed from others
   /// Where a block's nodes are, for a CPU's lanes.
   struct BlockNodes {
     float x[8 * kBlockPoints], y[8 * kBlockPoints], z[8 * kBlockPoints];

@@ -64,6 +64,7 @@ struct SubstepsTo {
   View<const FrameParams> frame = {};
   Index first_later = std::numeric_limits<Index>::max();  ///< the first of the last points
   Index later_steps = 1;
+  Index first_pose = 0;  ///< of this frame; those of the frame before may be there, too
   TACTUS_HD void load() {
     if (frame.empty()) return;
     substep += frame[0].done;
@@ -72,7 +73,7 @@ struct SubstepsTo {
   TACTUS_HD Index steps(Index point) const { return point < first_later ? 1 : later_steps; }
   TACTUS_HD float since_s(Index point) const { return dt_s * static_cast<float>(steps(point)); }
   /// The number of the poses that a point meets.
-  TACTUS_HD Index pose(Index point) const { return substep + steps(point) - 1; }
+  TACTUS_HD Index pose(Index point) const { return first_pose + substep + steps(point) - 1; }
 };
 
 /// Thread i: all components and tools after i + 1 substeps.

@@ -79,6 +79,7 @@ RealSurface::RealSurface(Device& device, const RealSurfaceSettings& settings)
       report_(device, 1) {}
 
 void RealSurface::set_coarseness(float spacings) {
+  ++version_;
   spacing_m_ = spacings * settings_.sample_spacing_m;
   fine_.set_cell_m(kFineCell * spacing_m_);
   coarse_.set_cell_m(kCoarseCell * spacing_m_);
@@ -96,6 +97,7 @@ void RealSurface::update(ExecContext& ctx, const MeshView& mesh, View<const floa
     throw Error("real surface: " + std::to_string(mesh.normals.size()) + " normals for " +
                 std::to_string(mesh.positions_m.size()) + " vertices");
   }
+  ++version_;
   keep_last_frame(ctx);
   join_vertices(ctx, mesh);
   make_samples(ctx, mesh);
@@ -119,6 +121,7 @@ void RealSurface::keep_last_frame(ExecContext& ctx) {
 }
 
 void RealSurface::clear(ExecContext& ctx) {
+  ++version_;
   ctx.fill_bytes(motions_.view(), 0);
   ctx.fill_bytes(measured_.view(), 0);
   ctx.fill_bytes(components_.view(), 0);
@@ -224,6 +227,7 @@ void RealSurface::archive(ExecContext& ctx, StateArchive& a) {
     ctx.upload(all, components->view());
     ctx.synchronize();
   }
+  if (a.reads()) ++version_;
   a.buffer(ctx, "motions", motions_);
   std::vector<MeasuredMotions> measured = to_host(ctx, measured_.const_view());
   a.values("measured motions", measured);

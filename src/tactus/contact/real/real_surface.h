@@ -63,6 +63,8 @@ class RealSurface {
   /// (1) Of the last update.
   View<const RealSurfaceReport> report_view() const { return report_.const_view(); }
   const RealSurfaceSettings& settings() const { return settings_; }
+  /// Changes when what there is to touch does. Recorded updates don't count.
+  std::int64_t version() const { return version_; }
   /// Synchronises.
   RealSurfaceReport report(ExecContext& ctx) const;
 
@@ -76,6 +78,7 @@ class RealSurface {
   RealSurfaceSettings settings_;
   float spacing_m_;  ///< s, as it is now
   bool has_frame_ = false;
+  std::int64_t version_ = 1;
   Buffer<Index> cuts_, first_, raw_count_, raw_overflow_;
   Buffer<Vec3f> x_m_, n_;
   Buffer<float> area_m2_;

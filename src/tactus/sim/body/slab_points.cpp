@@ -157,7 +157,7 @@ void SlabPoints::begin_frame(ContactOnDevices& world) {
   for (int s = 0; s < tissue_->slab_count(); ++s) {
     ExecContext& ctx = tissue_->slab(s).ctx;
     BodyPoints& points = parts_[static_cast<std::size_t>(s)].points;
-    points.begin_frame(ctx);
+    points.begin_frame(ctx, world.part(s).contact.frame());
     world.part(s).contact.push_out(ctx, world.part(s).surface, points, nodes(s));
   }
 }
