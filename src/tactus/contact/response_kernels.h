@@ -368,14 +368,12 @@ struct SumRecords {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index collider = b.index(), count = collider_used[collider] != 0U ? recorded.size() : 0;
-    b.for_each_thread([&](int t) {
-      ColliderTotals sum{};
-      for (Index i = t; i < count; i += kThreads) {
-        if (recorded[i] != 0 && records[i].collider == collider) sum.add(records[i]);
-      }
-      s.of_thread[t] = sum;
-    });
-    fold<kThreads>(b, kThreads, [&](int t, int other) { s.of_thread[t].add(s.of_thread[other]); });
+    if constexpr (Block::kIsLoop) {  // integers: sums and maxima in any order
+      s.of_thread[0] = sum_from(0, 1, count, collider);
+    } else {
+      b.for_each_thread([&](int t) { s.of_thread[t] = sum_from(t, kThreads, count, collider); });
+      fold<kThreads>(b, kThreads, [&](int t, int other) { s.of_thread[t].add(s.of_thread[other]); });
+    }
     b.on_one_thread([&] {
       ColliderTotals sum = s.of_thread[0];
       sum.sums.add(moved_on[collider]);
@@ -384,6 +382,15 @@ struct SumRecords {
       moved_on[collider] = {};
       collider_used[collider] = 0;
     });
+  }
+
+ private:
+  TACTUS_HD ColliderTotals sum_from(Index first, Index step, Index count, Index collider) const {
+    ColliderTotals sum{};
+    for (Index i = first; i < count; i += step) {
+      if (recorded[i] != 0 && records[i].collider == collider) sum.add(records[i]);
+    }
+    return sum;
   }
 };
 
