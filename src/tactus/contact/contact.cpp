@@ -76,9 +76,8 @@ void Contact::begin_frame(ExecContext& ctx, const RealSurface& surface, const Co
   }
   if (!ctx.device().is_cuda()) {  // else frames are recorded
     first_pose_ = kMostSubsteps - first_pose_;
-    frame_ = {frame_.number + 1,
-              std::exchange(is_changed_, false) ||
-                  std::exchange(surface_version_, surface.version()) != surface.version()};
+    frame_ = {frame_.number + 1, std::exchange(is_changed_, false) ||
+                                     std::exchange(surface_version_, surface.version()) != surface.version()};
   }
   ctx.parallel_for("contact/pose", times.frame.empty() ? Count(times.substeps) : substep_count(times.frame),
                    PoseSurface{surface.motions(), surface.components(), times,
@@ -145,14 +144,13 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
 void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
                          View<const SearchParticle> particles, Count count, float reach_m,
                          Index first_collider, Index k, const NearWalls& near) const {
-  ctx.parallel_for(
-      "contact/walls", count,
-      FindNearWalls{particles,
-                    {surface.triangles(), surface.coarse_samples(), poses(), obstacles},
-                    SubstepsTo{k, times_.dt_s, times_.frame},
-                    reach_m,
-                    first_collider,
-                    near});
+  ctx.parallel_for("contact/walls", count,
+                   FindNearWalls{particles,
+                                 {surface.triangles(), surface.coarse_samples(), poses(), obstacles},
+                                 SubstepsTo{k, times_.dt_s, times_.frame},
+                                 reach_m,
+                                 first_collider,
+                                 near});
 }
 
 void ContactReport::add(const ContactReport& body) {

@@ -29,8 +29,9 @@ ContactSettings checked(const ContactSettings& settings);
 
 /// Order in a frame, all on one context and without a read-back:
 ///   surface.update(mesh, dt); contact.begin_frame(surface, times); for each body
-///   points.begin_frame(contact.frame()), contact.push_out(); for each substep k: integrate; contact.correct(k); for each body points.end_frame();
-///   and where the frame was waited for, contact_report().
+///   points.begin_frame(contact.frame()), contact.push_out(); for each substep k: integrate;
+///   contact.correct(k); for each body points.end_frame(); and where the frame was waited for,
+///   contact_report().
 class Contact {
  public:
   /// @throws Error naming the setting that is out of range.
@@ -73,7 +74,7 @@ class Contact {
   std::int64_t surface_version_ = 0;
   Index first_pose_ = 0;        ///< of this frame
   Buffer<SurfacePoses> poses_;  ///< of this frame and, on a CPU, of the one before
-  Buffer<float> sample_m3_;  ///< with the paper's response
+  Buffer<float> sample_m3_;     ///< with the paper's response
 };
 
 /// Forces and impulses of a body on all colliders over the frame that ended. @param totals

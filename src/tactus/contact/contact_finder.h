@@ -159,33 +159,6 @@ struct ContactFinder {
     }
     if (p.now == PointQuery::Now::listed) body.state.neighbours[i].moved_m = p.moved_m;
   }
-  /// A point whose list was made in the frame before: it counts from where the point is now, as that frame's
-  /// poses are gone soon. By the triangle inequality, what was farther than that is farther than the rest.
-  TACTUS_HD void renew(Index i, float rounding_m, PointQuery& p) const {
-    if (p.now == PointQuery::Now::lost || body.state.searched[i] == pose) return;
-    body.state.searched[i] = -1;
-    if (p.now != PointQuery::Now::listed) return;
-    PointNeighbours near = body.state.neighbours[i];
-    const float moved_m = farthest_m(p.moved_m, rounding_m);
-    // Triangles beyond may be missing in the cells round where the point is now.
-    TACTUS_ROLLED
-    for (std::uint32_t left = near.colliders; left != 0U; left &= left - 1U)
-      near.listed_m = min(near.listed_m, mesh_of(static_cast<Index>(lowest_bit(left))).sure_reach_m());
-    near.listed_m -= moved_m;
-    near.free_m -= moved_m;
-    if (!(near.listed_m > 0.F && near.free_m > 0.F)) {
-      p.now = PointQuery::Now::lost;
-      return;
-    }
-    near.x_m = p.x_m;
-    near.moved_m = p.moved_m = 0;
-    body.state.neighbours[i] = near;
-    body.state.searched[i] = pose;
-  }
-  /// No less than a distance that was found to be moved_m.
-  TACTUS_HD static float farthest_m(float moved_m, float rounding_m) {
-    return 1.0001F * moved_m + rounding_m;
-  }
   /// Point i, which `begin` found awake.
   TACTUS_HD void resume(Index i, Vec3f x_m, Vec3f v_m_s, PointQuery& p) const {
     p.x_m = x_m;

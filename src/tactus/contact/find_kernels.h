@@ -42,7 +42,7 @@ struct WakePoints {
       if (moved_m != kNever && moved_m < blocks.sleep_m[first + t]) return;
       PointQuery p;
       finder.begin(first + t, p);
-      if (renews) finder.renew(first + t, rounding_m, p);
+      if (renews) renew(finder, first + t, rounding_m, p);
       s.sleep_m[t] = p.sleep_m;
       if (p.now == PointQuery::Now::listed)
         body.state.awake.add(first + t);
@@ -56,8 +56,8 @@ struct WakePoints {
 
  private:
   static constexpr float kNever = -1, kFar_m = 1e20F;
-  /// Whether the results of searches in the frame before have to be carried over. A GPU, whose recorded frames
-  /// can't tell whether the surface is a new one, searches in every frame.
+  /// Whether the results of searches in the frame before have to be carried over. A GPU, whose recorded
+  /// frames can't tell whether the surface is a new one, searches in every frame.
   template <class Block>
   TACTUS_HD bool begins_frame() const {
     if constexpr (Block::kIsLoop)
@@ -71,14 +71,14 @@ struct WakePoints {
     for (Index i = blocks.points[block].begin; i < blocks.points[block].end; ++i)
       of_all.body.state.searched[i] = -1;
   }
-  /// Points sleep on from the frame before, where they did: their distances count from where nodes are now, as
-  /// that frame's poses are gone soon. Returns by how much distances are rounded.
+  /// Points sleep on from the frame before, where they did: their distances count from where nodes are now,
+  /// as that frame's poses are gone soon. Returns by how much distances are rounded.
   TACTUS_HD float renew(const ContactFinder& finder, Index block, float& moved_m) const {
     const TouchingPoints& body = finder.body;
     const IndexRange points = blocks.points[block], list = blocks.lists[block];
     const Vec3f at = list.begin < list.end ? body.nodes.position(blocks.nodes[list.begin]) : Vec3f{};
     const float rounding_m = kRounding * (abs(at.x) + abs(at.y) + abs(at.z) + body.margin_m),
-                far_m = ContactFinder::farthest_m(moved_m, rounding_m);
+                far_m = farthest_m(moved_m, rounding_m);
     const bool may_sleep = moved_m >= 0.F && moved_m < kFar_m;
     for (Index i = points.begin; i < points.end; ++i) {
       const float sleep_m = may_sleep && body.state.touching[i] == 0 ? blocks.sleep_m[i] - far_m : 0.F;
@@ -91,6 +91,36 @@ struct WakePoints {
     blocks.pose[block] = finder.pose;
     for (Index k = list.begin; k < list.end; ++k) blocks.x_m[k] = body.nodes.position(blocks.nodes[k]);
     return rounding_m;
+  }
+  /// The list of a point likewise. By the triangle inequality, what was farther than it reaches is farther
+  /// than the rest of it.
+  TACTUS_HD static void renew(const ContactFinder& finder, Index i, float rounding_m, PointQuery& p) {
+    const PointState& state = finder.body.state;
+    if (p.now == PointQuery::Now::lost || state.searched[i] == finder.pose) return;
+    state.searched[i] = -1;
+    if (p.now != PointQuery::Now::listed) return;
+    PointNeighbours near = state.neighbours[i];
+    const float moved_m = farthest_m(p.moved_m, rounding_m);
+    // Beyond, triangles of the cells round where the point is now may be missing.
+    for (std::uint32_t left = near.colliders; left != 0U; left &= left - 1U) {
+      const Index collider = static_cast<Index>(lowest_bit(left)), k = collider - kComponents;
+      near.listed_m = min(near.listed_m, k < 0 ? finder.boundaries.surface.sure_reach_m()
+                                               : finder.boundaries.obstacles[k].mesh.sure_reach_m());
+    }
+    near.listed_m -= moved_m;
+    near.free_m -= moved_m;
+    if (!(near.listed_m > 0.F && near.free_m > 0.F)) {
+      p.now = PointQuery::Now::lost;
+      return;
+    }
+    near.x_m = p.x_m;
+    near.moved_m = p.moved_m = 0;
+    state.neighbours[i] = near;
+    state.searched[i] = finder.pose;
+  }
+  /// No less than a distance that was found to be moved_m.
+  TACTUS_HD static float farthest_m(float moved_m, float rounding_m) {
+    return 1.0001F * moved_m + rounding_m;
   }
   static constexpr float kRounding = 1.F / (1 << 20);  ///< of a position that is computed from others
   /// Where a block's nodes are, for a CPU's lanes.
