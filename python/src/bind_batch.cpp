@@ -14,6 +14,14 @@ struct PyBatch {
   std::vector<std::shared_ptr<PyWorld>> worlds;
 };
 
+}  // namespace
+}  // namespace tactus::python
+
+TACTUS_BOUND(tactus::python::PyBatch);
+
+namespace tactus::python {
+namespace {
+
 /// Each world on devices of its own, in the state of `world`.
 PyBatch make_batch(PyWorld& world, int count) {
   if (count < 1)
@@ -21,8 +29,8 @@ PyBatch make_batch(PyWorld& world, int count) {
   const std::string state = world.save_state();
   PyBatch batch;
   for (int k = 0; k < count; ++k) {
-    batch.worlds.push_back(std::make_shared<PyWorld>(std::make_shared<DeviceSet>(world.devices().name()),
-                                                     world.scene(), nullptr));
+    batch.worlds.push_back(std::make_shared<PyWorld>(std::make_shared<PyDevices>(world.devices().name()),
+                                                     world.described(), nullptr));
     batch.worlds.back()->load_state(state);
   }
   return batch;

@@ -14,6 +14,15 @@ struct PyDiagnosis {
   Rig cured;
 };
 
+}  // namespace
+}  // namespace tactus::python
+
+TACTUS_BOUND(tactus::python::PyDiagnosis);
+TACTUS_BOUND(tactus::DoctorFinding);
+
+namespace tactus::python {
+namespace {
+
 PyDiagnosis examine(const Rig& rig, const std::vector<std::shared_ptr<FrameSet>>& frames) {
   if (frames.empty())
     throw usage_error("frames is empty, expected one Frame, or several of successive ticks");
@@ -44,7 +53,7 @@ void bind_doctor(py::module_& m) {
       .def_readonly("is_fault", &DoctorFinding::is_fault, "False: worth a word, nothing wrong")
       .def("__repr__",
            [](const DoctorFinding& f) { return "tactus.DoctorFinding(" + f.fault + ": " + f.cure + ")"; });
-  py::class_<PyDiagnosis>(m, "Diagnosis", "What examine_rig() found.")
+  py::class_<PyDiagnosis>(m, "Diagnosis", "What doctor() found.")
       .def_property_readonly(
           "verdict", [](const PyDiagnosis& d) { return verdict_name(d.found.verdict); },
           "'well', 'faulty' or 'unsure'")
@@ -62,11 +71,12 @@ void bind_doctor(py::module_& m) {
       .def("__repr__", [](const PyDiagnosis& d) {
         return std::string("tactus.Diagnosis(") + verdict_name(d.found.verdict) + ": " + d.found.why + ")";
       });
-  m.def("examine_rig", &examine, py::arg("rig"), py::arg("frames"), py::call_guard<py::gil_scoped_release>(),
+  m.def("doctor", &examine, py::arg("rig"), py::arg("frames"), py::call_guard<py::gil_scoped_release>(),
         "Finds the wrong cameras of a rig, their faults and the cures, by silhouettes alone: a Diagnosis.\n\n"
         "frames: Frames of successive ticks. The first is examined; the others tell late cameras. Takes "
         "seconds.\n"
         "Raises Error without masks, or when sizes contradict one another.");
+  m.attr("examine_rig") = m.attr("doctor");  // its name in C++
 }
 
 }  // namespace tactus::python

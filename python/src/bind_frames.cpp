@@ -9,8 +9,21 @@
 #include "tactus/io/scene_file.h"
 #include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/rig_file.h"
-#include "tactus/run/frame_loop.h"
-#include "tactus/run/scene_source.h"
+
+namespace tactus::python {
+namespace {
+
+/// A hull, and what it was made on.
+struct PyHull {
+  SharedDevices devices;
+  Rig rig;
+  std::unique_ptr<SurfacePipeline> pipeline;
+};
+
+}  // namespace
+}  // namespace tactus::python
+
+TACTUS_BOUND(tactus::python::PyHull);
 
 namespace tactus::python {
 namespace {
@@ -137,19 +150,12 @@ void bind_images(py::module_& m) {
           py::arg("camera"), "(height, width) float32, radial [m], of a depth camera; a view");
 }
 
-/// A hull, and what it was made on.
-struct PyHull {
-  SharedDevices devices;
-  Rig rig;
-  std::unique_ptr<SurfacePipeline> pipeline;
-  std::unique_ptr<std::mutex> calls = std::make_unique<std::mutex>();
-};
-
 void bind_hull(py::module_& m) {
   py::class_<PyHull>(m, "VisualHull", "The surface that silhouettes allow.")
       .def(py::init([](py::handle devices, const Rig& rig, int resolution) {
-             PyHull hull{devices_of(devices), rig, nullptr, std::make_unique<std::mutex>()};
+             PyHull hull{devices_of(devices), rig, nullptr};
              const py::gil_scoped_release free;
+             const auto lock = hold(hull.devices->calls, "VisualHull");
              hull.pipeline =
                  std::make_unique<SurfacePipeline>(*hull.devices, hull.rig.cameras, hull.rig.depth_cameras,
                                                    SurfaceOptions{.hull = {.workspace_m = rig.workspace_m,
@@ -161,7 +167,7 @@ void bind_hull(py::module_& m) {
       .def(
           "reconstruct",
           [](PyHull& hull, const FrameSet& frame) {
-            const auto lock = hold(*hull.calls, "VisualHull");
+            const auto lock = hold(hull.devices->calls, "VisualHull");
             hull.pipeline->make(frame.silhouettes, frame.depths_m);
             return std::make_shared<TriangleMesh>(hull.pipeline->download());
           },
@@ -170,78 +176,18 @@ void bind_hull(py::module_& m) {
                              [](const PyHull& hull) { return hull.pipeline->voxel_size_m(); });
 }
 
-/// A source that Python implements: rig, and next_frame() -> Frame, or None at the end.
-class PySource final : public FrameSource {
- public:
-  PySource(py::object source, Rig rig) : source_(std::move(source)), rig_(std::move(rig)) {}
-  ~PySource() override {
-    const py::gil_scoped_acquire hold;
-    source_ = py::object();
-  }
-  const Rig& rig() const override { return rig_; }
-  std::optional<int> frame_count() const override { return {}; }
-  std::optional<double> fps() const override { return {}; }
-  NextFrame next(FrameSet& frame) override {
-    const py::gil_scoped_acquire hold;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    const py::object next = source_.attr("next_frame")();
-    if (next.is_none()) return NextFrame::no_more_data;
-    if (!py::isinstance<FrameSet>(next))
-      throw usage_error("next_frame() returned " + kind_of(next) + ", expected a Frame, or None at the end");
-    frame = next.cast<const FrameSet&>();
-    return NextFrame::success;
-  }
-  std::string status() const override { return ""; }
-
- private:
-  py::object source_;
-  Rig rig_;
-};
-
-/// A sink that Python implements: frame(world, report).
-class PySink final : public FrameSink {
- public:
-  PySink(py::object sink, py::object world) : sink_(std::move(sink)), world_(std::move(world)) {}
-  void frame(RunFrame& frame) override {
-    const py::gil_scoped_acquire hold;
-    sink_(world_, py::cast(frame.report), frame.images.time_s);
-  }
-
- private:
-  py::object sink_, world_;
-};
-
-std::unique_ptr<FrameSource> source_of(py::object source, const PyScene& scene) {
-  if (source.is_none()) return open_scene_source(scene.scene, scene.path);
-  if (!py::hasattr(source, "rig") || !py::hasattr(source, "next_frame"))
-    throw usage_error("source is " + kind_of(source) + ", expected an object with 'rig' and 'next_frame()'");
-  return std::make_unique<PySource>(source, source.attr("rig").cast<Rig>());
-}
-
-int run_loop(const PyScene& scene, py::handle devices, const py::function& on_frame, int frames,
-             py::object source) {
-  const std::unique_ptr<FrameSource> from = source_of(std::move(source), scene);
-  const SharedDevices on = devices_of(devices);
-  auto seen = std::make_shared<PyPerception>();
-  seen->devices = on;
-  seen->scene = scene.scene;
-  seen->rig = from->rig();
-  seen->assets = load_body_assets(scene.scene);
-  seen->made = make_perception(*on, seen->scene, seen->rig, seen->assets);
-  const auto world = std::make_shared<PyWorld>(on, scene.scene, seen->made ? seen : nullptr);
-  PySink sink(on_frame, py::cast(world));
-  FrameLoop loop(*from, world->unheld(), {.most_frames = frames, .should_stop = [] {
-                                            const py::gil_scoped_acquire hold;
-                                            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-                                            return false;
-                                          }});
-  loop.add(sink);
-  const py::gil_scoped_release free;
-  loop.run();
-  return loop.frames();
-}
-
 }  // namespace
+
+std::shared_ptr<PyPerception> perception_of(const SharedDevices& devices, const PyScene& scene,
+                                            const Rig& rig) {
+  auto seen = std::make_shared<PyPerception>();
+  seen->devices = devices;
+  seen->scene = scene.scene;
+  seen->rig = rig;
+  seen->assets = load_body_assets(scene.scene);
+  seen->made = make_perception(*devices, seen->scene, seen->rig, seen->assets);
+  return seen->made == nullptr ? nullptr : seen;
+}
 
 void bind_frames(py::module_& m) {
   bind_images(m);
@@ -252,13 +198,11 @@ void bind_frames(py::module_& m) {
   py::class_<PyPerception, std::shared_ptr<PyPerception>>(
       m, "Perception", "From images to the surface that touches bodies; for one World.")
       .def(py::init([](py::handle devices, const PyScene& scene, const Rig& rig) {
-             auto seen = std::make_shared<PyPerception>();
-             seen->devices = devices_of(devices);
-             seen->scene = scene.scene;
-             seen->rig = rig;
-             seen->assets = load_body_assets(scene.scene);
-             seen->made = make_perception(*seen->devices, seen->scene, seen->rig, seen->assets);
-             if (seen->made == nullptr)
+             const SharedDevices on = devices_of(devices);
+             const py::gil_scoped_release free;
+             const auto lock = hold(on->calls, "Perception");
+             auto seen = perception_of(on, scene, rig);
+             if (seen == nullptr)
                throw usage_error("rig has no cameras: a World without them needs no Perception");
              return seen;
            }),
@@ -266,7 +210,7 @@ void bind_frames(py::module_& m) {
       .def(
           "observe",
           [](PyPerception& p, const std::shared_ptr<FrameSet>& frame, double dt_s) {
-            const auto lock = hold(p.calls, "Perception");
+            const auto lock = hold(p.devices->calls, "Perception");
             p.frame = frame;  // it is read until the next step ended
             return p.made->observe(frame.get(), dt_s);
           },
@@ -274,14 +218,12 @@ void bind_frames(py::module_& m) {
           "frame: new images, or None. For World.set_surface, before its step of dt_s.")
       .def_property_readonly("devices", [](const PyPerception& p) { return p.devices; })
       .def(
-          "surface", [](PyPerception& p) { return std::make_shared<TriangleMesh>(p.made->download()); },
-          "The surface of the last frame.");
-  m.def("run", &run_loop, py::arg("scene"), py::arg("devices") = "auto", py::arg("on_frame"),
-        py::arg("frames") = 0, py::arg("source") = py::none(),
-        "Runs a scene: on_frame(world, report, time_s) after each frame. Returns the number of frames.\n\n"
-        "frames: stop after so many; 0: all. source: an object with a 'rig' and 'next_frame()', which gives "
-        "Frames and None "
-        "at the end, in place of the scene's.");
+          "surface",
+          [](PyPerception& p) {
+            const auto lock = hold(p.devices->calls, "Perception");
+            return std::make_shared<TriangleMesh>(p.made->download());
+          },
+          py::call_guard<py::gil_scoped_release>(), "The surface of the last frame.");
 }
 
 }  // namespace tactus::python

@@ -3,7 +3,9 @@
 
 #include "arrays.h"
 #include "module.h"
+#include "tactus/base/byte_io.h"
 #include "tactus/base/error.h"
+#include "tactus/base/read_file.h"
 #include "tactus/geom/mesh/mesh.h"
 #include "tactus/io/mesh/mesh_file.h"
 #include "tactus/io/scene_file.h"
@@ -21,12 +23,12 @@ PyScene scene_of(py::handle source) {
     }
     const py::object dumps = py::module_::import("json").attr("dumps");
     const auto text = py::str(dumps(scene, py::arg("indent") = 1)).cast<std::string>();
-    return {parse_scene(text, "dict"), "dict"};
+    return {parse_scene(text, "dict"), "dict", fnv1a(text)};
   }
   if (!py::isinstance<py::str>(source) && !py::hasattr(source, "__fspath__"))
     throw usage_error("source is " + kind_of(source) + ", expected the path of a scene file or a dict");
   const auto path = py::str(source).cast<std::string>();
-  return {read_scene(path), path};
+  return {read_scene(path), path, fnv1a(read_file(path, kMaxYamlBytes))};
 }
 
 void bind_mesh(py::module_& m) {

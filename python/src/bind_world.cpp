@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 
 #include <cmath>
+#include <string_view>
 
 #include "arrays.h"
 #include "module.h"
@@ -10,19 +11,39 @@
 #include "tactus/world/world.h"
 
 namespace tactus::python {
+namespace {
 
-PyWorld::PyWorld(SharedDevices devices, Scene scene, std::shared_ptr<PyPerception> perception)
+/// Reads and sets parameters as a dict does.
+struct PyParameters {
+  std::shared_ptr<PyWorld> world;
+};
+
+}  // namespace
+}  // namespace tactus::python
+
+TACTUS_BOUND(tactus::python::PyParameters);
+
+namespace tactus::python {
+
+PyWorld::PyWorld(SharedDevices devices, PyScene scene, std::shared_ptr<PyPerception> perception)
     : devices_(std::move(devices)),
       scene_(std::move(scene)),
-      assets_(load_body_assets(scene_)),
+      assets_(load_body_assets(scene_.scene)),
       perception_(std::move(perception)) {
   if (perception_ != nullptr && perception_->has_world)
     throw usage_error("perception belongs to another World: expected one of its own");
   if (perception_ != nullptr && perception_->devices != devices_)
     throw usage_error("perception is on other devices than this World: expected the same Devices object");
-  world_ = std::make_unique<World>(*devices_, scene_, assets_,
+  const auto lock = hold(devices_->calls, "World");
+  world_ = std::make_unique<World>(*devices_, scene_.scene, assets_,
                                    perception_ != nullptr ? perception_->made.get() : nullptr);
   if (perception_ != nullptr) perception_->has_world = true;
+}
+
+void PyWorld::set_surface(const Observation& seen) {
+  const Held world = get();
+  world->set_surface(seen);
+  if (seen.is_new) lost_images_ = false;
 }
 
 StepReport PyWorld::step(double dt_s) {
@@ -30,23 +51,62 @@ StepReport PyWorld::step(double dt_s) {
     throw usage_error("dt_s is " + number_text(dt_s) +
                       ", expected the time since the last frame [s], 0 or more");
   const Held world = get();
+  if (lost_images_)
+    throw usage_error(
+        "step: a loop failed with this World's last images, expected set_surface() with new "
+        "ones before");
   StepReport report = world->step(dt_s);
   if (perception_ != nullptr) perception_->frame.reset();
   return report;
 }
 
+void PyWorld::end_loop(bool lost_images) {
+  --loops_;
+  lost_images_ = perception_ != nullptr && lost_images;
+}
+
+namespace {
+
+/// Before the state: bytes that say of which scene it is.
+constexpr std::string_view kStateWord = "TACTUSPY";
+
+std::string state_head(const PyScene& scene, int devices) {
+  std::string head(kStateWord);
+  for (int k = 0; k < 8; ++k) head += static_cast<char>(scene.hash >> (8 * k) & 0xffU);
+  return head + static_cast<char>(devices);
+}
+
+}  // namespace
+
 std::string PyWorld::save_state() {
   if (perception_ != nullptr)
     throw usage_error("save_state: the state of a world with cameras needs its last images: use a recording");
-  return get()->save_state();
+  return state_head(scene_, devices_->count()) + get()->save_state();
 }
 
 /// Cuts that are read are done once more, in a body that has none.
 void PyWorld::load_state(const std::string& bytes) {
   if (perception_ != nullptr) throw usage_error("load_state: of a world without cameras only");
+  const std::string head = state_head(scene_, devices_->count());
+  if (bytes.compare(0, kStateWord.size(), kStateWord) != 0)
+    throw usage_error("load_state: state is no state of a World, expected the bytes of save_state()");
+  if (bytes.compare(0, head.size() - 1, head, 0, head.size() - 1) != 0)
+    throw usage_error(
+        "load_state: state is of another scene, or this scene was edited since: expected a "
+        "state of " +
+        scene_.path + " as it is");
+  if (bytes.compare(0, head.size(), head) != 0)
+    throw usage_error("load_state: state is of another number of devices, expected one of " +
+                      devices_->name());
   const Held held = get();
-  if (!world_->cuts().empty()) world_ = std::make_unique<World>(*devices_, scene_, assets_);
-  world_->load_state(bytes);
+  if (!world_->cuts().empty()) {
+    if (loops_ > 0)
+      throw usage_error(
+          "load_state: this World was cut and is in a FrameLoop, which goes on with it: expected a call "
+          "after run()");
+    world_ = std::make_unique<World>(*devices_, scene_.scene, assets_);
+  }
+  world_->load_state(bytes.substr(head.size()));
 }
 
 namespace {
@@ -173,11 +233,6 @@ py::dict contacts_of(PyWorld& world, const std::string& body) {
   return contacts;
 }
 
-/// Reads and sets parameters as a dict does.
-struct PyParameters {
-  std::shared_ptr<PyWorld> world;
-};
-
 const SceneParameter& parameter(const PyParameters& all, const std::string& name) {
   all.world->get()->parameters().get(name);  // throws where it isn't there
   const auto list = all.world->get()->parameters().list();
@@ -257,7 +312,7 @@ std::shared_ptr<PyWorld> make_world(py::handle devices, const PyScene& scene,
                          ? perception->devices
                          : devices_of(devices);
   const py::gil_scoped_release free;
-  return std::make_shared<PyWorld>(std::move(on), scene.scene, std::move(perception));
+  return std::make_shared<PyWorld>(std::move(on), scene, std::move(perception));
 }
 
 }  // namespace
@@ -271,9 +326,8 @@ void bind_world(py::module_& m) {
            "devices: 'cpu', 'cuda:0', .. or a Devices. perception: where cameras see something; its Devices.")
       .def("step", &PyWorld::step, py::arg("dt_s"), kNoGil,
            "One frame of dt_s [s] since the last one. Other Python threads run meanwhile.")
-      .def(
-          "set_surface", [](PyWorld& w, const Observation& seen) { w.get()->set_surface(seen); },
-          py::arg("observation"), "The next step has the surface of these images.")
+      .def("set_surface", &PyWorld::set_surface, py::arg("observation"),
+           "The next step has the surface of these images.")
       .def(
           "set_pose",
           [](PyWorld& w, const std::string& obstacle, py::handle T) {
@@ -312,10 +366,26 @@ void bind_world(py::module_& m) {
           "state_hash", [](PyWorld& w) { return state_hash(*w.get()); }, kNoGil,
           "Of all positions and velocities: the same on every set of devices.")
       .def(
-          "save_state", [](PyWorld& w) { return py::bytes(w.save_state()); },
+          "save_state",
+          [](PyWorld& w) {
+            std::string state;
+            {
+              const py::gil_scoped_release free;
+              state = w.save_state();
+            }
+            return py::bytes(state);
+          },
           "All that the coming frames depend on. For load_state() of a World of the same scene and devices.")
       .def(
-          "load_state", [](PyWorld& w, const py::bytes& state) { w.load_state(state); }, py::arg("state"))
+          "load_state",
+          [](PyWorld& w, const py::bytes& state) {
+            const std::string bytes = state;
+            const py::gil_scoped_release free;
+            w.load_state(bytes);
+          },
+          py::arg("state"),
+          "The state that save_state() gave.\n\nRaises Error for the state of another scene, an edited one, "
+          "or one that was cut short.")
       .def_property_readonly("bodies",
                              [](PyWorld& w) {
                                py::list names;

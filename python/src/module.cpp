@@ -110,9 +110,9 @@ std::unique_lock<std::mutex> hold(std::mutex& calls, const char* object) {
 }
 
 SharedDevices devices_of(py::handle value) {
-  if (py::isinstance<DeviceSet>(value)) return value.cast<SharedDevices>();
+  if (py::isinstance<PyDevices>(value)) return value.cast<SharedDevices>();
   if (!py::isinstance<py::str>(value)) refuse("devices", value, "a str, as 'cpu' or 'cuda:0', or a Devices");
-  return std::make_shared<DeviceSet>(value.cast<std::string>());
+  return std::make_shared<PyDevices>(value.cast<std::string>());
 }
 
 }  // namespace tactus::python
@@ -121,16 +121,21 @@ PYBIND11_MODULE(_tactus, m) {
   namespace py = pybind11;
   m.doc() = "Real objects touch virtual ones. SI units, +Y up; docs/python.md.";
   py::register_exception<tactus::Error>(m, "Error", PyExc_ValueError);
-  py::class_<tactus::DeviceSet, tactus::python::SharedDevices>(
+  py::class_<tactus::python::PyDevices, tactus::python::SharedDevices>(
       m, "Devices", "Devices to compute on: 'auto', 'cpu', 'cpu:3' (virtual), 'cuda:0', 'cuda:all'.")
-      .def(py::init([](const std::string& devices) { return std::make_shared<tactus::DeviceSet>(devices); }),
+      .def(py::init([](const std::string& devices) {
+             return std::make_shared<tactus::python::PyDevices>(devices);
+           }),
            py::arg("devices") = "auto")
-      .def_property_readonly("name", &tactus::DeviceSet::name)
-      .def_property_readonly("count", &tactus::DeviceSet::count)
-      .def("__repr__", [](const tactus::DeviceSet& d) { return "tactus.Devices('" + d.name() + "')"; });
+      .def_property_readonly("name", [](const tactus::python::PyDevices& d) { return d.name(); })
+      .def_property_readonly("count", [](const tactus::python::PyDevices& d) { return d.count(); })
+      .def("__repr__",
+           [](const tactus::python::PyDevices& d) { return "tactus.Devices('" + d.name() + "')"; });
   tactus::python::bind_scene(m);
   tactus::python::bind_world(m);
   tactus::python::bind_frames(m);
+  tactus::python::bind_source(m);
+  tactus::python::bind_loop(m);
   tactus::python::bind_batch(m);
   tactus::python::bind_doctor(m);
   tactus::python::bind_view(m);

@@ -8,6 +8,8 @@ from ._tactus import (
     DoctorFinding,
     Error,
     Frame,
+    FrameLoop,
+    FrameSink,
     FrameSource,
     Mesh,
     Monitors,
@@ -18,16 +20,20 @@ from ._tactus import (
     Perception,
     Reaction,
     Rig,
+    RunFrame,
     Scene,
     Snapshot,
     StepReport,
     VisualHull,
     World,
+    doctor,
     examine_rig,
     open_scene_source,
     run,
 )
 
 __all__ = [
-    "Batch", "Camera", "Devices", "Diagnosis", "DoctorFinding", "Error", "Frame", "FrameSource", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception",
-    "Reaction", "Rig", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "examine_rig", "open_scene_source", "run", "shared"]
+    "Batch", "Camera", "Devices", "Diagnosis", "DoctorFinding", "Error", "Frame", "FrameLoop", "FrameSink",
+    "FrameSource", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception", "Reaction",
+    "Rig", "RunFrame", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "doctor", "examine_rig",
+    "open_scene_source", "run", "shared"]

@@ -13,7 +13,7 @@ import pytest
 import tactus
 import tactus.gym
 
-SOURCE = pathlib.Path(os.environ["TACTUS_SOURCE_DIR"])
+SOURCE = pathlib.Path(os.environ["TACTUS_SOURCE_DIR"]).resolve()
 TOUCH = SOURCE / "scenes/touch.yaml"
 MODULUS = "bodies.slab.material.young_modulus_pa"
 
@@ -152,11 +152,39 @@ def test_stubs_name_what_the_module_has():
         assert getattr(tactus, name) is getattr(module, name) and getattr(module, name).__doc__, name
 
 
-def test_types_pass_mypy():
+OWN_CLASSES = """
+import numpy as np
+import tactus
+
+class Source(tactus.FrameSource):
+    def __init__(self, rig: tactus.Rig) -> None:
+        super().__init__(rig, fps=30)
+
+    def next_frame(self) -> tactus.Frame | None:
+        return tactus.Frame([np.zeros((4, 4), bool) for _ in self.rig.cameras])
+
+class Sink(tactus.FrameSink):
+    def frame(self, frame: tactus.RunFrame) -> None:
+        print(frame.report.force_N("tool")[1], frame.snapshot().bodies[0].positions.max())
+
+def control(world: tactus.World, time_s: float) -> None:
+    world.parameters["contact.friction"] = 0.5 * time_s
+
+def go(rig: tactus.Rig, world: tactus.World) -> int:
+    loop = tactus.FrameLoop(Source(rig), world, controller=control)
+    loop.add(Sink())
+    return loop.run()
+"""
+
+
+def test_types_pass_mypy(tmp_path):
     if subprocess.run([sys.executable, "-c", "import mypy"], capture_output=True).returncode:
         pytest.skip("mypy isn't installed")
     package = pathlib.Path(tactus.__file__).parent
+    own = tmp_path / "own_classes.py"
+    own.write_text(OWN_CLASSES)
     environment = os.environ | {"MYPYPATH": str(package.parent)}
-    found = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", os.devnull, "-p", "tactus"],
-                           env=environment, cwd=package.parent, capture_output=True, text=True)
-    assert found.returncode == 0, found.stdout + found.stderr
+    for what in (["-p", "tactus"], [own]):
+        found = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", os.devnull, *what],
+                               env=environment, cwd=package.parent, capture_output=True, text=True)
+        assert found.returncode == 0, found.stdout + found.stderr

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-SOURCE = pathlib.Path(os.environ["TACTUS_SOURCE_DIR"])
+SOURCE = pathlib.Path(os.environ["TACTUS_SOURCE_DIR"]).resolve()
 TEXTS = {name: (SOURCE / "docs" / name).read_text() for name in ("python.md", "python_coming_from.md")}
 # A snippet's name is the heading before it.
 SNIPPETS = [(text[:m.start()].rsplit("\n## ", 1)[1].splitlines()[0], m[1]) for text in TEXTS.values()

@@ -187,3 +187,21 @@ def test_arrays_that_are_dropped_take_no_memory():
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     take(2000)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1024, "kB"
+
+
+def test_states_of_other_scenes_are_refused():
+    """And change nothing."""
+    world = tactus.World("cpu", tactus.Scene(slab()))
+    pressed(world, 3)
+    before = world.save_state()
+    edited = tactus.World("cpu", tactus.Scene(slab(young_modulus_pa=20001)))
+    split = tactus.World("cpu:2", tactus.Scene(slab()))
+    for state, message in ((edited.save_state(), "of another scene, or this scene was edited since"),
+                           (split.save_state(), "of another number of devices, expected one of cpu"),
+                           (b"", r"no state of a World, expected the bytes of save_state\(\)"),
+                           (before[8:], "no state of a World"), (before[:20], "checkpoint"), (before[:-1], "checkpoint"),
+                           (before[:-1] + bytes([before[-1] ^ 1]), "checkpoint"), (before + b"x", "checkpoint")):
+        with pytest.raises(tactus.Error, match=message):
+            world.load_state(state)
+        assert world.save_state() == before
+    tactus.World("cpu", tactus.Scene(slab())).load_state(before)
