@@ -73,9 +73,10 @@ bench: benchmarks ## all benchmarks as a table and out/bench.json
 	@mkdir -p out
 	$(BUILD)/tactus bench all --devices $(DEVICES) --json out/bench.json
 
-bundle: deps     ## bundle/ with a .deb and an archive of the program, for machines without a compiler
-	@tools/configure.sh build-package -DTACTUS_TESTS=OFF -DTACTUS_PACKAGE=ON
-	cmake --build build-package -j $(JOBS) --target tactus tactus-bench
+bundle: deps     ## bundle/ with .debs of program and Python module, and an archive of the program, for machines without a compiler
+	@tools/install_deps.sh python
+	@tools/configure.sh build-package -DTACTUS_TESTS=OFF -DTACTUS_PACKAGE=ON -DTACTUS_PYTHON=ON
+	cmake --build build-package -j $(JOBS) --target tactus tactus-bench tactus_python
 	@tools/make_package.sh build-package bundle
 
 testbundle: tests ## bundle/ with two relocatable archives to test elsewhere: tactus-device (GPU tests, bench) and tactus (all)

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # tools/make_package.sh BUILD OUT: the program for people who don't compile, from a build of `tactus`:
 #   OUT/tactus_VERSION_ARCH.deb                  for this Debian; its libraries are packages it depends on
+#   OUT/python3-tactus_VERSION_ARCH.deb          likewise, where the module was built: make_python_package.sh
 #   OUT/tactus-VERSION-linux-MACHINE.tar.gz      for any Linux with this libc or a newer one; libraries and their licences inside
-# Both hold LICENSE, README, the list of parts (SPDX), the documents, scenes, rigs, the man page, completions, and the benchmarks where they were built. OpenGL belongs to the machine: without it the
+# The first and the last hold LICENSE, README, the list of parts (SPDX), the documents, scenes, rigs, the man page, completions, and the benchmarks where they were built. OpenGL belongs to the machine: without it the
 # program runs with --view none, and says so.
 set -euo pipefail
 build=$1 out=$2
@@ -10,12 +11,7 @@ version=$(sed -n 's/^project(tactus VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 from_the_host='/(libc|libm|libdl|librt|libpthread|libresolv|libutil|ld-linux[^/]*|libcuda|libGL|libEGL|libOpenGL)\.so'
 mkdir -p "$out"
 
-package_of() {  # package_of LIBRARY: the Debian package that it is from; "" for none
-  # Packages from before the merge of /lib and /usr/lib know their files by either name.
-  local file
-  file=$(readlink -f "$1")
-  { dpkg -S "$file" 2>/dev/null || dpkg -S "${file#/usr}" 2>/dev/null || true; } | head -1 | cut -d: -f1
-}
+. "$(dirname "$0")/package_of.sh"
 
 programs=("$build/tactus")
 if [ -x "$build/tactus-bench" ]; then programs+=("$build/tactus-bench"); fi
@@ -72,10 +68,7 @@ if command -v dpkg-deb >/dev/null; then
   cp "$build/help/tactus.bash" "$stage/usr/share/bash-completion/completions/tactus"
   cp "$build/help/_tactus" "$stage/usr/share/zsh/vendor-completions/"
   cp "$build/help/tactus.fish" "$stage/usr/share/fish/vendor_completions.d/"
-  depends=$(readelf -d "${programs[@]}" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p' | while read -r needed; do
-    library=$(ldd "${programs[@]}" | awk -v n="$needed" '$1 == n {print $3; exit}')
-    if [ -n "$library" ]; then package_of "$library"; fi
-  done | sort -u | grep . | paste -sd, | sed 's/,/, /g')
+  depends=$(packages_of "${programs[@]}")
   architecture=$(dpkg --print-architecture)
   # FFmpeg is loaded when the first film is opened, in the version that the program was compiled with.
   suggests=$(for part in avformat swscale avdevice; do
@@ -100,5 +93,6 @@ C
   deb=$out/tactus_${version}_$architecture.deb
   dpkg-deb --build --root-owner-group "$stage" "$deb" >/dev/null
   du -h "$deb"
+  if compgen -G "$build/python/tactus/_tactus.*.so" >/dev/null; then "$(dirname "$0")/make_python_package.sh" "$build" "$out"; fi
 fi
 du -h "$archive.tar.gz"
