@@ -40,6 +40,32 @@ inline py::array_t<double> array_of(const Mat3d& m) {
 /// "a float32 array of shape (3, 4)", "a str": for messages.
 std::string kind_of(py::handle value);
 
+/// @throws usage Error: "NAME is a list, expected EXPECTED".
+[[noreturn]] void refuse(const std::string& argument, py::handle value, const std::string& expected);
+
+/// An array of just this type and number of dimensions, with its rows one after the other. @throws usage
+/// Error likewise.
+template <class T>
+py::array_t<T, py::array::c_style> rows_of(const std::string& argument, py::handle value, int dimensions,
+                                           const std::string& expected) {
+  if (!py::isinstance<py::array>(value)) refuse(argument, value, expected);
+  const auto array = py::reinterpret_borrow<py::array>(value);
+  if (array.ndim() != dimensions) refuse(argument, value, expected);
+  if (!array.dtype().equal(py::dtype::of<T>())) refuse(argument, value, expected);
+  return py::array_t<T, py::array::c_style>::ensure(array);
+}
+
+/// Numbers of any kind but complex ones; no array where they aren't.
+inline py::array_t<double, py::array::c_style | py::array::forcecast> doubles_of(py::handle value) {
+  const auto array = py::array::ensure(value);
+  if (array && array.dtype().kind() != 'c') {
+    if (auto doubles = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(array))
+      return doubles;
+  }
+  PyErr_Clear();
+  return py::reinterpret_steal<py::array_t<double, py::array::c_style | py::array::forcecast>>(py::handle());
+}
+
 /// A pose: (4, 4), rigid. @throws Error naming the argument, what it got and what it expected.
 Rigidd rigid_of(const char* argument, py::handle value);
 py::array_t<double> array_of(const Rigidd& T);

@@ -1,11 +1,17 @@
 // Independent worlds of one scene, stepped by one call.
 #include <pybind11/stl.h>
 
+#include <malloc.h>
+
+#include <algorithm>
+#include <cmath>
 #include <exception>
 
 #include "module.h"
 #include "tactus/base/error.h"
+#include "tactus/base/free_memory.h"
 #include "tactus/compute/cpu_for.h"
+#include "tactus/compute/device.h"
 
 namespace tactus::python {
 namespace {
@@ -22,17 +28,43 @@ TACTUS_BOUND(tactus::python::PyBatch);
 namespace tactus::python {
 namespace {
 
-/// Each world on devices of its own, in the state of `world`.
-PyBatch make_batch(PyWorld& world, int count) {
+/// That this process took from the heap.
+double heap_bytes() {
+  const struct mallinfo2 heap = mallinfo2();
+  return static_cast<double>(heap.uordblks) + static_cast<double>(heap.hblkhd);
+}
+
+double free_bytes(const DeviceSet& devices) {
+  if (!devices.is_cuda()) return free_memory_bytes();
+  double most = 0;
+  for (const DeviceInfo& info : list_devices())
+    if (info.spec.kind == DeviceKind::cuda) most = std::max(most, info.memory_bytes);
+  return most;
+}
+
+std::shared_ptr<PyWorld> copy_of(PyWorld& world, const std::string& state) {
+  auto copy = std::make_shared<PyWorld>(std::make_shared<PyDevices>(world.devices().name()),
+                                        world.described(), nullptr);
+  copy->load_state(state);
+  return copy;
+}
+
+/// Each world on devices of its own, in the state of `world`. The first one shows how much memory one takes.
+PyBatch make_batch(PyWorld& world, std::int64_t count) {
   if (count < 1)
     throw usage_error("count is " + std::to_string(count) + ", expected the number of worlds, 1 or more");
   const std::string state = world.save_state();
-  PyBatch batch;
-  for (int k = 0; k < count; ++k) {
-    batch.worlds.push_back(std::make_shared<PyWorld>(std::make_shared<PyDevices>(world.devices().name()),
-                                                     world.described(), nullptr));
-    batch.worlds.back()->load_state(state);
-  }
+  const double before = heap_bytes();
+  PyBatch batch{{copy_of(world, state)}};
+  // A state holds positions and velocities: a world takes several times as much, on a GPU, too.
+  const double world_bytes = std::max(heap_bytes() - before, 4.0 * static_cast<double>(state.size()));
+  const double most = 1 + std::floor(0.8 * free_bytes(world.devices()) / world_bytes);
+  if (static_cast<double>(count) > most)
+    throw usage_error("count is " + std::to_string(count) + ", expected at most " + number_text(most) +
+                      ": a world takes " + bytes_text(world_bytes) + ", and " +
+                      bytes_text(free_bytes(world.devices())) + " of memory are free");
+  while (static_cast<std::int64_t>(batch.worlds.size()) < count)
+    batch.worlds.push_back(copy_of(world, state));
   return batch;
 }
 
@@ -78,10 +110,10 @@ void bind_batch(py::module_& m) {
         return "tactus.Batch(" + std::to_string(batch.worlds.size()) + " worlds)";
       });
   const py::object world = m.attr("World");
-  world.attr("batch") =
-      py::cpp_function(&make_batch, py::name("batch"), py::is_method(world), py::arg("count"), kNoGil,
-                       "So many independent worlds of this world's scene, in its state: a Batch.\n\n"
-                       "Raises Error for a world with cameras.");
+  world.attr("batch") = py::cpp_function(
+      &make_batch, py::name("batch"), py::is_method(world), py::arg("count"), kNoGil,
+      "So many independent worlds of this world's scene, in its state: a Batch.\n\n"
+      "Raises Error for a world with cameras, and before memory runs out for more worlds than fit in it.");
 }
 
 }  // namespace tactus::python

@@ -6,6 +6,7 @@
 #include "arrays.h"
 #include "module.h"
 #include "tactus/base/error.h"
+#include "tactus/geom/camera/place_limits.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/reconstruct/surface_pipeline.h"
 #include "tactus/rig/rig_file.h"
@@ -30,36 +31,39 @@ namespace {
 
 Camera camera_of(const std::string& name, py::handle K, std::pair<Index, Index> size_px,
                  py::handle T_cam_world) {
-  const auto k = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(K);
+  const auto k = doubles_of(K);
   if (!k || k.ndim() != 2 || k.shape(0) != 3 || k.shape(1) != 3) {
-    PyErr_Clear();
     throw usage_error("K of camera '" + name + "' is " + kind_of(K) + ", expected a (3, 3) array [px]");
   }
+  if (name.empty()) throw usage_error("name is '', expected a name for the camera");
   const bool is_matrix = k.at(1, 0) == 0 && k.at(2, 0) == 0 && k.at(2, 1) == 0 && k.at(2, 2) == 1;
   bool is_finite = true;
-  for (py::ssize_t i = 0; i < 9; ++i) is_finite = is_finite && std::isfinite(k.data()[i]);
+  for (py::ssize_t i = 0; i < 9; ++i) is_finite = is_finite && std::abs(k.data()[i]) <= kMostFocal_px;
   if (!is_matrix || !is_finite || !(k.at(0, 0) > 0) || !(k.at(1, 1) > 0))
     throw usage_error(
         "K of camera '" + name +
         "' is no camera matrix: expected ((fx, s, cx), (0, fy, cy), (0, 0, 1)) [px], fx and fy > 0");
-  if (size_px.first < 1 || size_px.second < 1)
+  constexpr Index kMostSize_px = 65536;
+  if (size_px.first < 1 || size_px.second < 1 || size_px.first > kMostSize_px ||
+      size_px.second > kMostSize_px)
     throw usage_error("size_px of camera '" + name + "' is (" + std::to_string(size_px.first) + ", " +
-                      std::to_string(size_px.second) + "), expected (width, height)");
-  return {.name = name,
-          .width_px = size_px.first,
-          .height_px = size_px.second,
-          .fx_px = k.at(0, 0),
-          .fy_px = k.at(1, 1),
-          .cx_px = k.at(0, 2),
-          .cy_px = k.at(1, 2),
-          .skew_px = k.at(0, 1),
-          .T_cam_world = rigid_of("T_cam_world", T_cam_world)};
+                      std::to_string(size_px.second) + "), expected (width, height), each 1 to 65536");
+  const Camera camera{.name = name,
+                      .width_px = size_px.first,
+                      .height_px = size_px.second,
+                      .fx_px = k.at(0, 0),
+                      .fy_px = k.at(1, 1),
+                      .cx_px = k.at(0, 2),
+                      .cy_px = k.at(1, 2),
+                      .skew_px = k.at(0, 1),
+                      .T_cam_world = rigid_of("T_cam_world", T_cam_world)};
+  check_camera(camera);
+  return camera;
 }
 
 Box3f box_of(const std::string& argument, py::handle value) {
-  const auto box = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
+  const auto box = doubles_of(value);
   if (!box || box.ndim() != 2 || box.shape(0) != 2 || box.shape(1) != 3) {
-    PyErr_Clear();
     throw usage_error(argument + " is " + kind_of(value) +
                       ", expected ((x, y, z), (x, y, z)): its least and greatest corner [m]");
   }
@@ -73,6 +77,7 @@ Box3f box_of(const std::string& argument, py::handle value) {
     throw usage_error(argument + " has edges of " + number_text(double{edge.x}) + ", " +
                       number_text(double{edge.y}) + " and " + number_text(double{edge.z}) +
                       " m, expected its least corner before its greatest");
+  if (!is_workspace(box_m)) throw usage_error(argument + ": " + kWorkspaceRange);
   return box_m;
 }
 
@@ -80,6 +85,9 @@ template <class F>
 auto images_of(const char* argument, py::handle list, F&& one) {
   std::vector<decltype(one(std::string(), py::handle()))> images;
   if (list.is_none()) return images;
+  if (!py::isinstance<py::sequence>(list) || py::isinstance<py::str>(list) || py::isinstance<py::bytes>(list))
+    throw usage_error(std::string(argument) + " is " + kind_of(list) +
+                      ", expected a list with an array for each camera");
   int k = 0;
   for (const py::handle image : list)
     images.push_back(one(std::string(argument) + "[" + std::to_string(k++) + "]", image));
@@ -88,6 +96,7 @@ auto images_of(const char* argument, py::handle list, F&& one) {
 
 std::shared_ptr<FrameSet> frame_of(py::handle masks, std::int64_t tick, double time_s, py::handle depths_m,
                                    py::handle colors) {
+  if (!std::isfinite(time_s)) throw usage_error("time_s is " + number_text(time_s) + ", expected a time [s]");
   auto frame = std::make_shared<FrameSet>();
   frame->tick = tick;
   frame->time_s = time_s;
@@ -95,6 +104,14 @@ std::shared_ptr<FrameSet> frame_of(py::handle masks, std::int64_t tick, double t
   frame->depths_m = images_of("depths_m", depths_m, depth_of);
   frame->colors = images_of("colors", colors, color_of);
   return frame;
+}
+
+/// @throws IndexError.
+template <class T>
+const T& image_at(const std::vector<T>& images, py::ssize_t camera) {
+  if (camera < 0 || camera >= static_cast<py::ssize_t>(images.size()))
+    throw py::index_error("camera " + std::to_string(camera) + " of " + std::to_string(images.size()));
+  return images[static_cast<std::size_t>(camera)];
 }
 
 void bind_images(py::module_& m) {
@@ -115,6 +132,10 @@ void bind_images(py::module_& m) {
       .def(py::init([](const std::vector<Camera>& cameras, py::handle workspace_m) {
              Rig rig;
              rig.cameras = cameras;
+             for (std::size_t k = 0; k < cameras.size(); ++k)
+               for (std::size_t j = 0; j < k; ++j)
+                 if (cameras[j].name == cameras[k].name)
+                   throw usage_error("cameras has '" + cameras[k].name + "' twice, expected a name for each");
              rig.workspace_m = box_of("workspace_m", workspace_m);
              return rig;
            }),
@@ -132,8 +153,8 @@ void bind_images(py::module_& m) {
       .def_readonly("time_s", &FrameSet::time_s)
       .def(
           "mask",
-          [](const FrameSet& f, std::size_t camera) {
-            const BitMask& mask = f.silhouettes.at(camera);
+          [](const FrameSet& f, py::ssize_t camera) {
+            const BitMask& mask = image_at(f.silhouettes, camera);
             py::array_t<bool> array({mask.height_px, mask.width_px});
             for (Index y = 0; y < mask.height_px; ++y)
               for (Index x = 0; x < mask.width_px; ++x) array.mutable_at(y, x) = mask(x, y);
@@ -143,8 +164,8 @@ void bind_images(py::module_& m) {
       .def_property_readonly("depth_count", [](const FrameSet& f) { return f.depths_m.size(); })
       .def(
           "depth_m",
-          [](py::object self, std::size_t camera) {
-            const DepthImage& depth = self.cast<const FrameSet&>().depths_m.at(camera);
+          [](py::object self, py::ssize_t camera) {
+            const DepthImage& depth = image_at(self.cast<const FrameSet&>().depths_m, camera);
             return view_of(depth.pixels.data(), {depth.height_px, depth.width_px}, self);
           },
           py::arg("camera"), "(height, width) float32, radial [m], of a depth camera; a view");

@@ -1,4 +1,5 @@
 // Scenes and meshes.
+#include <cmath>
 #include <cstdio>
 
 #include "arrays.h"
@@ -31,29 +32,34 @@ PyScene scene_of(py::handle source) {
   return {read_scene(path), path, fnv1a(read_file(path, kMaxYamlBytes))};
 }
 
+std::shared_ptr<TriangleMesh> mesh_of(py::handle positions_m, py::handle triangles) {
+  const std::string of_positions = "a (vertices, 3) array of float32 [m]";
+  const std::string of_triangles = "a (triangles, 3) array of int32";
+  const auto points = rows_of<float>("positions", positions_m, 2, of_positions);
+  const auto corners = rows_of<std::int32_t>("triangles", triangles, 2, of_triangles);
+  if (points.shape(1) != 3) refuse("positions", positions_m, of_positions);
+  if (corners.shape(1) != 3) refuse("triangles", triangles, of_triangles);
+  for (py::ssize_t v = 0; v < points.shape(0); ++v)
+    if (!std::isfinite(points.at(v, 0) + points.at(v, 1) + points.at(v, 2)))
+      throw usage_error("positions[" + std::to_string(v) + "] is not finite, expected metres");
+  auto mesh = std::make_shared<TriangleMesh>();
+  mesh->positions_m.resize(static_cast<std::size_t>(points.shape(0)));
+  if (points.size() > 0) std::copy_n(points.data(), points.size(), &mesh->positions_m.data()->x);
+  for (py::ssize_t t = 0; t < corners.shape(0); ++t) {
+    for (int k = 0; k < 3; ++k)
+      if (const std::int32_t i = corners.at(t, k); i < 0 || i >= points.shape(0))
+        throw usage_error("triangles[" + std::to_string(t) + "] names vertex " + std::to_string(i) +
+                          ", expected one of the " + std::to_string(points.shape(0)));
+    mesh->triangles.push_back({corners.at(t, 0), corners.at(t, 1), corners.at(t, 2)});
+  }
+  return mesh;
+}
+
 void bind_mesh(py::module_& m) {
   py::class_<TriangleMesh, std::shared_ptr<TriangleMesh>>(
       m, "Mesh", "Triangles. Arrays are views of the mesh, which lives as long as they do.")
-      .def(py::init([](const py::array_t<float, py::array::c_style>& positions,
-                       const py::array_t<std::int32_t, py::array::c_style>& triangles) {
-             if (positions.ndim() != 2 || positions.shape(1) != 3)
-               throw usage_error("positions is " + kind_of(positions) + ", expected (vertices, 3) [m]");
-             if (triangles.ndim() != 2 || triangles.shape(1) != 3)
-               throw usage_error("triangles is " + kind_of(triangles) + ", expected (triangles, 3)");
-             auto mesh = std::make_shared<TriangleMesh>();
-             mesh->positions_m.resize(static_cast<std::size_t>(positions.shape(0)));
-             std::copy_n(positions.data(), positions.size(), &mesh->positions_m.data()->x);
-             for (py::ssize_t t = 0; t < triangles.shape(0); ++t) {
-               for (int k = 0; k < 3; ++k)
-                 if (const std::int32_t i = triangles.at(t, k); i < 0 || i >= positions.shape(0))
-                   throw usage_error("triangles[" + std::to_string(t) + "] names vertex " +
-                                     std::to_string(i) + ", expected 0 to " +
-                                     std::to_string(positions.shape(0) - 1));
-               mesh->triangles.push_back({triangles.at(t, 0), triangles.at(t, 1), triangles.at(t, 2)});
-             }
-             return mesh;
-           }),
-           py::arg("positions"), py::arg("triangles"))
+      .def(py::init(&mesh_of), py::arg("positions"), py::arg("triangles"),
+           "positions: (vertices, 3) float32 [m]. triangles: (triangles, 3) int32.")
       .def_property_readonly(
           "positions", [](py::object self) { return view_of(self.cast<TriangleMesh&>().positions_m, self); },
           "(vertices, 3) float32 [m], world")

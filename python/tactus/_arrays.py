@@ -18,4 +18,6 @@ class _Shared:
 def shared(array: NDArray[Any]) -> NDArray[Any]:
     """The same memory, kept alive, as an array that DLPack takes: torch.from_dlpack(tactus.shared(mesh.positions)). What
     is written there changes the mesh under others that look at it."""
+    if not isinstance(array, np.ndarray):
+        raise TypeError(f"array is a {type(array).__name__}, expected a numpy array, as mesh.positions")
     return np.asarray(_Shared(array))

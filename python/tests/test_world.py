@@ -131,6 +131,7 @@ def test_parameters_are_a_mapping():
     (lambda w: w.set_pose("ball", "up"), r"T_world_obstacle is a str, expected"),
     (lambda w: w.set_pose("ball", 2 * np.eye(4)), r"is no rigid pose"),
     (lambda w: w.set_pose("ball", np.full((4, 4), np.nan)), r"is no rigid pose"),
+    (lambda w: w.set_pose("ball", np.eye(4, dtype=complex)), r"T_world_obstacle is a complex128 array"),
     (lambda w: w.set_pose("bal", np.eye(4)), r"'bal'"),
     (lambda w: w.step(float("nan")), r"dt_s is nan, expected"),
     (lambda w: w.step(-1), r"dt_s is -1, expected"),

@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 
 #include "tactus/base/base64.h"
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
+#include "tactus/base/free_memory.h"
 #include "tactus/base/printable.h"
 #include "tactus/base/timing.h"
 #include "tactus/base/vec.h"
@@ -95,6 +97,14 @@ TEST(Base64, PadsToFourDigits) {
   const std::pair<const char*, const char*> examples[] = {
       {"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foobar", "Zm9vYmFy"}};
   for (const auto& [bytes, text] : examples) EXPECT_EQ(base64(bytes), text);
+}
+
+/// Some, and no more than the computer has.
+TEST(FreeMemory, IsAPartOfTheMemory) {
+  const double all =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  EXPECT_GT(free_memory_bytes(), 1e6);
+  EXPECT_LT(free_memory_bytes(), all);
 }
 
 }  // namespace

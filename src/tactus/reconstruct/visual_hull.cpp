@@ -4,12 +4,10 @@
 #include "tactus/geom/mesh/mesh_view.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
-#include <limits>
 #include <string>
 
 #include "tactus/base/error.h"
+#include "tactus/base/free_memory.h"
 #include "tactus/geom/image/mask_growth.h"
 #include "tactus/multi_device/device_replay.h"
 #include "tactus/multi_device/upload_ring.h"
@@ -55,20 +53,6 @@ struct VisualHull::Impl {
   HullPart& part(int p) { return parts[static_cast<std::size_t>(p)]; }
   HullRole role(int p) const { return {p, devices.count(), devices.reads_peers()}; }
 };
-
-namespace {
-
-/// That programs may still take, as the kernel says; where it doesn't, no end is known.
-double free_memory_bytes() {
-  std::ifstream meminfo("/proc/meminfo");
-  for (std::string line; std::getline(meminfo, line);) {
-    double kib = 0;
-    if (std::sscanf(line.c_str(), "MemAvailable: %lf kB", &kib) == 1) return 1024 * kib;
-  }
-  return std::numeric_limits<double>::infinity();
-}
-
-}  // namespace
 
 VisualHull::Impl::Impl(DeviceSet& set, std::span<const Camera> rig, const HullOptions& options,
                        std::span<const Camera> depth_rig)
