@@ -17,31 +17,14 @@ std::string kind_of(py::handle value) {
          py::str(array.attr("shape")).cast<std::string>();
 }
 
-namespace {
-
-[[noreturn]] void refuse(const std::string& argument, py::handle value, const std::string& expected) {
+void refuse(const std::string& argument, py::handle value, const std::string& expected) {
   throw usage_error(argument + " is " + kind_of(value) + ", expected " + expected);
 }
 
-template <class T>
-py::array_t<T, py::array::c_style> rows_of(const std::string& argument, py::handle value, int dimensions,
-                                           const std::string& expected) {
-  if (!py::isinstance<py::array>(value)) refuse(argument, value, expected);
-  const auto array = py::reinterpret_borrow<py::array>(value);
-  if (array.ndim() != dimensions) refuse(argument, value, expected);
-  if (!array.dtype().equal(py::dtype::of<T>())) refuse(argument, value, expected);
-  return py::array_t<T, py::array::c_style>::ensure(array);
-}
-
-}  // namespace
-
 Rigidd rigid_of(const char* argument, py::handle value) {
   const std::string expected = "a (4, 4) array: a rotation, and a translation [m] in the last column";
-  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
-  if (!array) {
-    PyErr_Clear();
-    refuse(argument, value, expected);
-  }
+  const auto array = doubles_of(value);
+  if (!array) refuse(argument, value, expected);
   if (array.ndim() != 2 || array.shape(0) != 4 || array.shape(1) != 4) refuse(argument, value, expected);
   Rigidd T;
   for (int r = 0; r < 3; ++r) {
@@ -138,5 +121,6 @@ PYBIND11_MODULE(_tactus, m) {
   tactus::python::bind_loop(m);
   tactus::python::bind_batch(m);
   tactus::python::bind_doctor(m);
+  tactus::python::bind_calibrate(m);
   tactus::python::bind_view(m);
 }

@@ -112,6 +112,7 @@ void bind_scene(py::module_& m);
 void bind_world(py::module_& m);
 void bind_frames(py::module_& m);
 void bind_doctor(py::module_& m);
+void bind_calibrate(py::module_& m);
 void bind_source(py::module_& m);
 /// After bind_source().
 void bind_loop(py::module_& m);

@@ -2,6 +2,7 @@
 from ._arrays import shared
 from ._tactus import (
     Batch,
+    Calibration,
     Camera,
     Devices,
     Diagnosis,
@@ -26,6 +27,7 @@ from ._tactus import (
     StepReport,
     VisualHull,
     World,
+    calibrate,
     doctor,
     examine_rig,
     open_scene_source,
@@ -33,7 +35,7 @@ from ._tactus import (
 )
 
 __all__ = [
-    "Batch", "Camera", "Devices", "Diagnosis", "DoctorFinding", "Error", "Frame", "FrameLoop", "FrameSink",
-    "FrameSource", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception", "Reaction",
-    "Rig", "RunFrame", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "doctor", "examine_rig",
-    "open_scene_source", "run", "shared"]
+    "Batch", "Calibration", "Camera", "Devices", "Diagnosis", "DoctorFinding", "Error", "Frame", "FrameLoop",
+    "FrameSink", "FrameSource", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception",
+    "Reaction", "Rig", "RunFrame", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "calibrate", "doctor",
+    "examine_rig", "open_scene_source", "run", "shared"]

@@ -254,6 +254,41 @@ class Diagnosis:
 def doctor(rig: Rig, frames: Sequence[Frame]) -> Diagnosis: ...
 def examine_rig(rig: Rig, frames: Sequence[Frame]) -> Diagnosis: ...
 
+class LensValues(TypedDict):
+    model: str
+    coefficients: Doubles
+
+class Calibration:
+    @property
+    def cameras(self) -> list[Camera]: ...
+    def lens(self, camera: int) -> LensValues: ...
+    @property
+    def rms_px(self) -> float: ...
+    @property
+    def camera_rms_px(self) -> list[float]: ...
+    @property
+    def board_poses(self) -> list[Doubles | None]: ...
+    @property
+    def left_out(self) -> list[tuple[str, int, float]]: ...
+    @property
+    def advice(self) -> list[str]: ...
+    def write(self, folder: str) -> None: ...
+
+def calibrate(
+    pictures: Mapping[str, str | os.PathLike[str] | Sequence[NDArray[np.uint8] | None]],
+    board: str,
+    *,
+    square_m: float,
+    marker_m: float = 0.0,
+    inverted: bool = False,
+    lens: Literal["brown", "fisheye"] = "brown",
+    coefficients: Literal[2, 4, 5, 8] = 5,
+    every: int = 1,
+    lenses: Calibration | None = None,
+    refine_lenses: bool = False,
+    floor: int | None = None,
+) -> Calibration: ...
+
 class FrameSource:
     def __init__(self, rig: Rig | None = None, frame_count: int | None = None, fps: float | None = None) -> None: ...
     @property

@@ -52,6 +52,9 @@ def test_mistakes_of_batches_are_named():
     world = tactus.World("cpu", tactus.Scene(TOUCH))
     with pytest.raises(tactus.Error, match="count is 0, expected the number of worlds, 1 or more"):
         world.batch(0)
+    for count in (10**6, 10**12):
+        with pytest.raises(tactus.Error, match=rf"count is {count}, expected at most \d+: a world takes .*B, and .*B of memory are free"):
+            world.batch(count)
     batch = world.batch(2)
     with pytest.raises(tactus.Error, match="dt_s is -1, expected"):
         batch.step(-1)
@@ -144,7 +147,7 @@ def test_stubs_name_what_the_module_has():
     classes = {name: {n for n in vars(c) if not n.startswith("_")} for name, c in vars(module).items()
                if isinstance(c, type) and name != "Error"}
     assert {name: members.get(name) for name in classes} == classes
-    only_types = {"Error", "Contacts", "Probe", "Source"}
+    only_types = {"Error", "Contacts", "LensValues", "Probe", "Source"}
     assert set(members) - set(classes) == only_types
     functions = {f.name for f in stubs.body if isinstance(f, ast.FunctionDef)}
     assert functions == {n for n, f in vars(module).items() if callable(f) and not isinstance(f, type)}

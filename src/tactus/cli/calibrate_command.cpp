@@ -7,9 +7,8 @@
 #include "tactus/base/safe_file.h"
 #include "tactus/cli/calibrate_tof.h"
 #include "tactus/cli/commands.h"
-#include "tactus/rig/calibrate/board_pictures.h"
+#include "tactus/rig/calibrate/calibrate_cameras.h"
 #include "tactus/rig/calibrate/coverage.h"
-#include "tactus/rig/calibrate/report.h"
 #include "tactus/rig/calibration_files/calibration_file.h"
 
 namespace tactus {
@@ -39,15 +38,11 @@ Board board_of(const BoardFlags& flags) {
 }
 
 BundleOptions bundle_options(const SolverFlags& flags) {
-  BundleOptions options;
-  if (flags.lens != "brown" && flags.lens != "fisheye")
-    throw usage_error("--lens '" + flags.lens + "': expected brown or fisheye");
-  options.lens = flags.lens == "brown" ? LensModel::brown : LensModel::fisheye;
-  if (flags.coefficients != 2 && flags.coefficients != 4 && flags.coefficients != 5 &&
-      flags.coefficients != 8)
-    throw usage_error("--coefficients " + std::to_string(flags.coefficients) + ": expected 2, 4, 5 or 8");
-  options.lens_coefficients = flags.coefficients;
-  return options;
+  try {
+    return lens_options(flags.lens, flags.coefficients);
+  } catch (const Error& error) {
+    throw usage_error(std::string("--") + error.what());
+  }
 }
 
 /// Finds the board in all pictures. Prints, per camera, the number of pictures that show it and advice on
@@ -90,15 +85,9 @@ void print_result(const BundleResult& r) {
   }
 }
 
-void write_whole(const std::string& path, const std::string& text) {
-  SafeFile file(path);
-  file.write(text);
-  file.commit();
-}
-
 void calibrate_intrinsics(const CalibrateOptions& options) {
   const Board board = board_of(options.board);
-  BundleOptions bundle = bundle_options(options.solver);
+  const BundleOptions bundle = bundle_options(options.solver);
   if (!calibration_missing().empty()) throw Error(calibration_missing());
   output_is_writable(options.out);
   // One list of pictures is one camera; several single pictures are numbered here.
@@ -122,13 +111,11 @@ void calibrate_intrinsics(const CalibrateOptions& options) {
     if (const Coverage coverage = coverage_of(seen.views, 0, seen.size_px[0]); !coverage.advice.empty())
       std::printf("%-12s %s\n", "", coverage.advice.c_str());
   }
-  const std::vector<CalibratedCamera> lens = calibrate_lenses(board, seen.views, names, seen.size_px, bundle);
-  CalibrationReport report{
-      board, seen.views, seen.picture_count, calibrate_poses(board, seen.views, lens, bundle), {}};
+  const CalibrationReport report =
+      calibrate_cameras(board, seen, names, {.bundle = bundle, .lenses = {}, .floor = {}});
   print_result(report.result);
-  FileCamera file{report.result.cameras[0], false};
-  write_calibration_file(options.out, "opencv", {&file, 1});
-  if (!options.report.empty()) write_whole(options.report, calibration_html(report));
+  write_lens_calibration(report, options.out);
+  if (!options.report.empty()) write_calibration_page(report, options.report);
   std::printf("written: %s\n", options.out.c_str());
 }
 
@@ -179,42 +166,26 @@ std::vector<CalibratedCamera> read_lenses(const CalibrateOptions& options,
 
 void calibrate_rig(const CalibrateOptions& options) {
   const Board board = board_of(options.board);
-  BundleOptions bundle = bundle_options(options.solver);
+  const BundleOptions bundle = bundle_options(options.solver);
   if (!calibration_missing().empty()) throw Error(calibration_missing());
   std::vector<std::string> names, pictures;
   split_cameras(options.cameras, names, pictures);
   const BoardPictures seen = look(board, names, pictures, options.solver.every);
-  std::vector<CalibratedCamera> cameras;
-  if (options.lenses.empty()) {
+  CalibrateCamerasOptions how{
+      .bundle = bundle, .lenses = {}, .refine_lenses = options.refine_lenses, .floor = {}};
+  if (options.lenses.empty())
     log_info("lenses from the same pictures (better: --lenses, from pictures close to the board)");
-    cameras = calibrate_lenses(board, seen.views, names, seen.size_px, bundle);
-  } else {
-    cameras = read_lenses(options, names, seen.size_px);
-    bundle.refine_intrinsics = options.refine_lenses;
-  }
-  CalibrationReport report{board,
-                           seen.views,
-                           seen.picture_count,
-                           calibrate_poses(board, seen.views, cameras, bundle),
-                           {{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}}, {}}};
-  if (options.floor >= 0) {
-    report.T_world_first = world_on_board(report.result, options.floor);
-  } else {
+  else
+    how.lenses = read_lenses(options, names, seen.size_px);
+  if (options.floor >= 0)
+    how.floor = options.floor;
+  else
     log_warning("the world is that of camera '" + names[0] +
                 "', taken as level; with --floor N it is the board as it lies in picture N");
-  }
+  const CalibrationReport report = calibrate_cameras(board, seen, names, how);
   print_result(report.result);
-  std::vector<FileCamera> files;
-  for (const CalibratedCamera& c : report.result.cameras) {
-    files.push_back({c});
-    Camera& camera = files.back().calibrated.camera;
-    camera.T_cam_world = camera.T_cam_world * inverse(report.T_world_first);
-  }
-  std::filesystem::create_directories(options.out);
-  write_calibration_file(options.out + "/cameras.json", "multical", files);
-  write_whole(options.out + "/rig.yaml", rig_yaml(report, "cameras.json"));
-  write_whole(options.report.empty() ? options.out + "/report.html" : options.report,
-              calibration_html(report));
+  write_rig_calibration(report, options.out,
+                        options.report.empty() ? options.out + "/report.html" : options.report);
   std::printf("written: %s/rig.yaml, cameras.json, report.html\n", options.out.c_str());
 }
 
