@@ -16,7 +16,8 @@ uniform float near_m;
 out vec3 on_quad;
 flat out vec3 middle;
 flat out vec4 axis_more;  // 1 / length along it - 1 / length across it
-flat out vec2 across_share;  // 1 / length across the axis; the particle's share of the volume
+// 1 / length across the axis; the particle's share of the volume; the shortest ray that counts
+flat out vec3 across_share;
 void main() {
   middle = (eye_world * vec4(center_radius.xyz, 1)).xyz;
   float r = center_radius.w, along_m = r * axis_stretch.w, across_m = r * inversesqrt(axis_stretch.w);
@@ -25,7 +26,12 @@ void main() {
   if (!(far > 1.01 * radius_m) || !(-middle.z > near_m + radius_m)) { gl_Position = vec4(0, 0, 2, 1); return; }
   axis_more = vec4(mat3(eye_world) * axis_stretch.xyz, 1.0 / along_m - 1.0 / across_m);
   float of_spacing = spacing_m / r;
-  across_share = vec2(1.0 / across_m, 0.238732 * of_spacing * of_spacing * of_spacing);
+  across_share = vec3(1.0 / across_m, 0.238732 * of_spacing * of_spacing * of_spacing, 0);
+  // In a crowd, rims of balls would be scallops where the liquid ends: short rays don't count. Those that do
+  // count 2.16 times, so that the volume stays that of the particle.
+  float crowd = axis_stretch.w == 1.0 ? clamp((r / spacing_m - 0.62) / 0.18, 0.0, 1.0) : 0.0;
+  across_share.y *= 1.0 + 1.16 * crowd;
+  across_share.z = 0.6 * crowd * spacing_m;
   vec3 back = -middle / far;
   vec3 right = normalize(cross(vec3(0, 1, 0), back) + vec3(1e-9, 0, 0)), up = cross(back, right);
   vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
@@ -40,7 +46,7 @@ inline constexpr const char* kBallFragment = R"(
 in vec3 on_quad;
 flat in vec3 middle;
 flat in vec4 axis_more;
-flat in vec2 across_share;
+flat in vec3 across_share;
 uniform vec2 of_depth;  // z of the eye's space is x / (depth of the clip space + y)
 layout(binding = 2) uniform sampler2D solid;
 layout(location = 0) out float front;
@@ -56,7 +62,7 @@ void main() {
   float half_chord = sqrt(half2);
   float depth = 2.0 * texelFetch(solid, ivec2(gl_FragCoord.xy), 0).r - 1.0;
   float behind = min(along + half_chord, of_depth.x / (depth + of_depth.y) / -ray.z);
-  chord = across_share.y * (behind - along + half_chord);
+  chord = across_share.y * (behind - along + half_chord - across_share.z);
   if (chord <= 0.0) discard;
   front = -1.0 / (ray.z * (along - half_chord));
 }

@@ -34,9 +34,10 @@ const vec3 fill_light = vec3(0.34, 0.40, 0.50);
 const vec3 sky_light = vec3(0.74, 0.80, 0.88);
 const vec3 ground_light = vec3(0.42, 0.38, 0.35);
 
-// A disc of nine taps, each filtered 2x2 by the hardware.
-const vec2 disc[9] = vec2[](vec2(0, 0), vec2(0.9, 0.35), vec2(-0.35, 0.9), vec2(-0.9, -0.35), vec2(0.35, -0.9),
-                            vec2(0.45, 1.6), vec2(-1.6, 0.45), vec2(-0.45, -1.6), vec2(1.6, -0.45));
+// A disc of nine taps, each filtered 2x2 by the hardware. Where the middle and the rim agree, the rest is
+// left out.
+const vec2 disc[9] = vec2[](vec2(0, 0), vec2(0.45, 1.6), vec2(-1.6, 0.45), vec2(-0.45, -1.6), vec2(1.6, -0.45),
+                            vec2(0.9, 0.35), vec2(-0.35, 0.9), vec2(-0.9, -0.35), vec2(0.35, -0.9));
 
 float sun_visibility(vec3 p, vec3 n) {
   vec3 q = (sun_matrix * vec4(p + shadow_bias_m * n, 1)).xyz;
@@ -44,14 +45,19 @@ float sun_visibility(vec3 p, vec3 n) {
   // Taps lie in the surface's own plane, so that it doesn't shade itself.
   vec3 m = mat3(sun_matrix) * n * sun_map_m * sun_map_m;
   vec2 slope = m.xy / max(-m.z, 0.1 * length(m));
-  int taps = inside ? 9 : 0;
+  int taps = inside ? 5 : 0;
   float hidden = 0;
   for (int i = 0; i < taps; ++i) {
     vec2 to = shadow_step * disc[i];
     // Beyond the map, everything in it lies towards the sun.
     hidden += 1.0 - textureLod(sun_map, vec3(q.xy + to, min(q.z + dot(slope, to), 0.9999)), 0.0);
   }
-  return 1.0 - hidden / 9.0;
+  int all = hidden > 0.0 && hidden < 5.0 ? 9 : 5;
+  for (int i = 5; i < all; ++i) {
+    vec2 to = shadow_step * disc[i];
+    hidden += 1.0 - textureLod(sun_map, vec3(q.xy + to, min(q.z + dot(slope, to), 0.9999)), 0.0);
+  }
+  return 1.0 - hidden / float(all);
 }
 
 float sky_visibility(vec3 p) {
@@ -173,18 +179,17 @@ vec3 flesh(vec3 N) {
 
 // Light goes through a film to the surface and back (Beer-Lambert), and deep film scatters it. What dried is
 // denser, and lets less red through.
-vec3 wet(vec3 N) {
+vec3 wet(vec3 N, vec3 uphill, float px_m) {
   vec3 stained = exp(-2.0 * (3.0 * film_absorption_1_m + vec3(900.0)) * film_m.y);
   // The edge is a bead: steep where it meets what is dry, as the contact angle asks for, and level within.
   float full_m = max(film_m.x, 0.0), bead_m = max(3.0 * full_m, 4e-4);
-  float px_m = fwidth(film_m.z), in_bead = clamp(film_m.z / max(bead_m, px_m) + 0.25, 0.0, 1.0);
+  float in_bead = clamp(film_m.z / max(bead_m, px_m) + 0.25, 0.0, 1.0);
   float thick_m = full_m * in_bead * (2.0 - in_bead);
   vec3 through = exp(-2.0 * film_absorption_1_m * thick_m);
   albedo = albedo * stained * through + film_scattered * (1.0 - through);
   float is_wet = smoothstep(1e-5, 6e-5, thick_m);
   roughness = mix(roughness, 0.12, is_wet);
   specular = mix(specular, 0.02, is_wet);
-  vec3 uphill = slope_of(film_m.z, N);
   float tilt = is_wet * full_m / bead_m * 2.0 * (1.0 - in_bead);
   return normalize(N - tilt * uphill / max(length(uphill), 1e-12));
 }
@@ -221,7 +226,11 @@ void main() {
   vec3 N = flat_shaded ? normalize(cross(dFdx(p), dFdy(p))) : normalize(n);
   if (flat_shaded ? dot(N, V) < 0.0 : !gl_FrontFacing) N = -N;
 #ifdef TISSUE
-  N = wet(flesh(N));
+  N = flesh(N);
+  vec3 uphill = slope_of(film_m.z, N);
+  float px_m = fwidth(film_m.z);
+  int is_wet = film_m.y > 0.0 || film_m.z > -max(film_m.x, max(px_m, 4e-4)) ? 1 : 0;
+  for (int i = 0; i < is_wet; ++i) N = wet(N, uphill, px_m);
 #endif
   float lit = sun_visibility(p, N);
   float sky = sky_visibility(p), open = sky * shade;
