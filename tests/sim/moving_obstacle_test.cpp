@@ -125,7 +125,7 @@ TEST(HeldObstacle, RefusesWrongNamesAndPoses) {
     }
     return "";
   };
-  EXPECT_EQ(message("bal", {}), "'bal' is no obstacle with 'held: true'; those are 'ball'");
+  EXPECT_EQ(message("bal", {}), "'bal' is no obstacle or blade with 'held: true'; did you mean 'ball'?");
   Rigidd scaled{Mat3d::identity(), {}};
   scaled.R(0, 0) = 2;
   EXPECT_EQ(message("ball", scaled), "pose of obstacle 'ball': expected a finite position and a rotation");

@@ -88,12 +88,22 @@ class Window:
     def key(self, *keys: str) -> None:
         self.x("key", *keys)
 
-    def drag(self, begin: tuple, end: tuple, button: int = 1) -> None:
-        """In small steps, as a hand: the window sees where the mouse was pressed before it moves."""
+    def shot(self, name: str) -> pathlib.Path:
+        """As it is now: frames may go on."""
+        path = self.folder / f"{name}.png"
+        subprocess.run(["import", "-window", self.id, path], check=True, timeout=SOON_S)
+        return path
+
+    def drag(self, begin: tuple, end: tuple, button: int = 1, held_s: float = 0, name: str = "") -> None:
+        """In small steps, as a hand: the window sees where the mouse was pressed before it moves. Then the button stays pressed for a
+        while, and a picture is taken."""
         self.x("mousemove", "--window", self.id, str(begin[0]), str(begin[1]), "sleep", "0.5", "mousedown", str(button))
         for i in range(1, 6):
             x, y = (begin[k] + (end[k] - begin[k]) * i // 5 for k in (0, 1))
             self.x("mousemove", "--window", self.id, str(x), str(y), "sleep", "0.05")
+        time.sleep(held_s)
+        if name:
+            self.shot(name)
         self.x("mouseup", str(button), "sleep", "0.2")
 
     def grab(self, name: str) -> pathlib.Path:
@@ -213,6 +223,28 @@ def use(program: str, folder: pathlib.Path) -> None:
     check(code == 0 and took < 4, f"closed after {took:.2f} s with exit code {code}")
 
 
+def cut_and_pull(program: str, folder: pathlib.Path) -> None:
+    """The box's top is under the middle of the picture."""
+    window = Window(program, folder, "--no-panels", "--tool", "scalpel")
+    window.wait_for(r"frame [1-9]\d", "frames")
+    before = window.shot("whole")
+    window.x("keydown", "shift")
+    window.drag((330, 300), (480, 300), held_s=3, name="cutting")
+    window.x("keyup", "shift")
+    check(psnr_dB(before, folder / "cutting.png") < 40, "shift + drag leads the scalpel through the box")
+    cut = window.shot("cut")
+    window.x("keydown", "ctrl")
+    window.drag((400, 330), (400, 130), held_s=3, name="pulled")
+    window.x("keyup", "ctrl")
+    check(psnr_dB(cut, folder / "pulled.png") < 30, "ctrl + drag pulls what is under the mouse")
+    time.sleep(3)
+    let_go = window.shot("let go")
+    check(psnr_dB(folder / "pulled.png", let_go) < 30, "which falls back when it is let go")
+    window.key("t")
+    window.key("q")
+    check(window.process.wait(timeout=10) == 0, "t takes the next tool")
+
+
 def main() -> None:
     program = str(pathlib.Path(sys.argv[1]).resolve())
     for tool in ("Xvfb", "xdotool", "import", "compare"):
@@ -230,7 +262,7 @@ def main() -> None:
         for words, code, text in (
             (["nowhere.yaml"], 1, "'nowhere.yaml': no such file"),
             (["small.yaml", "--size", "10x10"], 2, "--size '10x10': expected pixels as 1280x720"),
-            (["small.yaml", "--tool", "bal"], 2, "--tool 'bal': the scene has no obstacle of this name with 'held: true'; did you mean 'ball'?"),
+            (["small.yaml", "--tool", "bal"], 2, "--tool 'bal': the scene has nothing of this name with 'held: true'; did you mean 'ball'?"),
         ):
             ran = subprocess.run([program, "view", *words], cwd=folder, env=environment, capture_output=True, text=True)
             check(ran.returncode == code and text in ran.stderr, f"{' '.join(words)}: {ran.stderr.strip()}")
@@ -239,6 +271,7 @@ def main() -> None:
               "no display: one message with the way out")
         with Display():
             use(program, folder)
+            cut_and_pull(program, folder)
 
 
 main()

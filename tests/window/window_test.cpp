@@ -166,7 +166,7 @@ class Viewed : public ::testing::Test {
     ADD_FAILURE() << name;
     return 0;
   }
-  LiveRun run_{small_scene(), {.devices = "cpu", .tool = "ball"}};
+  LiveRun run_{small_scene(), {.devices = "cpu", .tools = {"ball"}}};
 };
 
 TEST_F(Viewed, PausedShowsTheFirstFrameAndStepsOneByOne) {
@@ -205,25 +205,26 @@ TEST_F(Viewed, SlidersValueIsTheNextFrames) {
 TEST_F(Viewed, ToolFollowsAsFastAsItMay) {
   start(true);
   ASSERT_NE(next_frame(), nullptr);
-  run_.control().move_tool({0, 0.1, 0});
+  run_.control().move_tool("ball", {Mat3d::identity(), {0, 0.1, 0}});
   double before_m = 0.5;
   for (int i = 0; i < 5; ++i) {
     const auto frame = step();
     ASSERT_NE(frame, nullptr);
-    EXPECT_NEAR(before_m - frame->tool_m->y, 0.005, 1e-9);
-    before_m = frame->tool_m->y;
+    EXPECT_NEAR(before_m - frame->tools.at(0).T_world.t.y, 0.005, 1e-9);
+    before_m = frame->tools.at(0).T_world.t.y;
   }
 }
 
 TEST_F(Viewed, HeldToolPressesTheBody) {
   start(true);
   ASSERT_NE(next_frame(), nullptr);
-  run_.control().move_tool({0, 0.105, 0});  // the ball's lowest point is 15 mm below the box's top
+  run_.control().move_tool(
+      "ball", {Mat3d::identity(), {0, 0.105, 0}});  // the ball's lowest point is 15 mm below the box's top
   std::shared_ptr<const ViewedFrame> frame;
   for (int i = 0; i < 100; ++i) frame = step();
   ASSERT_NE(frame, nullptr);
-  EXPECT_NEAR(frame->tool_m->y, 0.105, 1e-9);
-  EXPECT_GT(*frame->tool_force_N, 0.01);
+  EXPECT_NEAR(frame->tools.at(0).T_world.t.y, 0.105, 1e-9);
+  EXPECT_GT(frame->tools.at(0).force_N, 0.01);
   EXPECT_FALSE(frame->contacts.empty());
 }
 
@@ -280,7 +281,7 @@ TEST(LiveRun, AFrameThatCannotBeKeptEndsNothing) {
   scene.reconstruction.resolution = 16;
   scene.blades.emplace_back().name = "scalpel";
   scene.blades[0].tracked.emplace();
-  LiveRun run(scene, {.devices = "cpu", .tool = "ball"});
+  LiveRun run(scene, {.devices = "cpu", .tools = {"ball"}});
   run.control().set_paused(true);
   run.start({});
   const auto next_number = [&] {
@@ -318,7 +319,7 @@ TEST_F(Viewed, PauseShowsTheFrameAtWhichItStands) {
 TEST(LiveRun, LastFrameOfASourceIsSeen) {
   Scene scene = small_scene();
   scene.source.frames.last = 19;  // twenty frames
-  LiveRun run(scene, {.devices = "cpu", .tool = ""});
+  LiveRun run(scene, {.devices = "cpu", .tools = {}});
   run.start({});
   const double until_s = now_s() + 20;
   while (run.state() != LiveRun::State::ended && now_s() < until_s)
@@ -340,7 +341,7 @@ TEST(LiveRun, FailureReachesTheWindow) {
   Scene scene = small_scene();
   scene.source.kind = SourceKind::recording;
   scene.source.path = "/nowhere.rec";
-  LiveRun run(scene, {.devices = "cpu", .tool = ""});
+  LiveRun run(scene, {.devices = "cpu", .tools = {}});
   run.start({});
   const double until_s = now_s() + 10;
   while (run.state() == LiveRun::State::building && now_s() < until_s)

@@ -36,10 +36,7 @@ class RunFrame {
   /// The frame's surfaces and bodies for pictures, copied to the host once for all sinks. A call counts as
   /// showing the frame, for the latency of live images.
   std::shared_ptr<const FrameSnapshot> snapshot() {
-    if (snapshot_ == nullptr) {
-      snapshot_ = std::make_shared<const FrameSnapshot>(world.snapshot());
-      if (is_new) world.note_shown();
-    }
+    if (snapshot_ == nullptr) snapshot_ = std::make_shared<const FrameSnapshot>(world.snapshot());
     return snapshot_;
   }
 

@@ -212,12 +212,13 @@ struct TrackedBladeDescription {
   std::string dictionary = "4X4_50";  ///< of all markers of a scene
 };
 
-/// The straight edge of a blade that follows keyframes. It cuts from the first to the last of them. Or a real
-/// one.
+/// The straight edge of a blade that follows keyframes, and cuts from the first to the last of them; that a
+/// program holds; or a real one.
 struct BladeDescription {
   std::string name;
   std::optional<TrackedBladeDescription> tracked;
-  Vec3d from_m, to_m;                      ///< its ends where no keyframe moves it, world
+  bool held = false;                       ///< a program sets its pose (World::set_pose)
+  Vec3d from_m, to_m;                      ///< its ends where nothing moves it, world
   std::vector<MotionKeyDescription> path;  ///< linear between keyframes
   Vec3d axis = {0, 1, 0};                  ///< of the angles, world
   std::optional<Vec3d> pivot_m;            ///< on the axis, it moves along; none: from_m

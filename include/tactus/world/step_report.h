@@ -34,6 +34,7 @@ struct StepReport {
   double liquid_waiting_m3 = 0;  ///< that emitters and wounds should have brought by now
   SceneFilmReport film;          ///< of the liquid on bodies
   int settling_substeps = 0;     ///< before the first frame, where 'frame.start' is settled
+  Vec3d grab_N;                  ///< force of a grab on its body, mean over the frame
   double dt_s = 0;               ///< simulated
   std::vector<Notice> notices;   ///< all of this frame
 };
@@ -104,7 +105,7 @@ struct FrameSnapshot {
   std::vector<TriangleMesh> bodies;     ///< in the scene's order
   std::vector<Index> smooth;            ///< per body: so many of its first vertices are at no crease
   std::vector<TriangleMesh> obstacles;  ///< those that move, in the scene's order
-  std::vector<TriangleMesh> blades;     ///< tracked ones that are seen; others until their path ends
+  std::vector<TriangleMesh> blades;     ///< held ones, as in the scene; then tracked ones; then others
   std::vector<ToolAxis> tools;          ///< tracked ones that were found
   std::vector<Vec3f> liquid_m;          ///< its particles, by id
   std::vector<FilmThickness> films;     ///< on the bodies, in their order; none where there is no film

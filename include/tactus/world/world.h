@@ -1,6 +1,7 @@
 #pragma once
 /// Soft bodies, liquid and obstacles, stepped frame by frame. Needs no camera.
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "tactus/multi_device/device_set.h"
 #include "tactus/perception/perception.h"
 #include "tactus/sim/stroke_result.h"
+#include "tactus/world/grab.h"
 #include "tactus/world/scene_parameters.h"
 #include "tactus/world/step_report.h"
 
@@ -41,12 +43,21 @@ class World {
   /// first
   /// @throws Error when 'frame.substeps' is not stable.
   StepReport step(double dt_s);
-  /// Where an obstacle with `held: true` is at the end of the next frame and from then on; it goes there
-  /// evenly. From a robot, a haptic arm, a mouse, a tracker. @throws usage Error for a name that no held
-  /// obstacle has, and for a pose that is not finite or not rigid.
-  void set_pose(const std::string& obstacle, const Rigidd& T_world_obstacle);
-  /// Where it is now. @throws usage Error for an obstacle that does not move.
-  Rigidd pose(const std::string& obstacle) const;
+  /// Where an obstacle or a blade with `held: true` is at the end of the next frame and from then on; it goes
+  /// there evenly, and a blade cuts on the way. It cuts nothing in its first frame, in one of no time, or
+  /// where its edge goes farther than 0.2 m. From a robot, a haptic arm, a mouse, a tracker.
+  /// @param at_once it is there from the frame's beginning on: put down elsewhere, not led there
+  /// @throws usage Error for a name that nothing held has, with the nearest that something has; and for a
+  /// pose that is not finite or not rigid.
+  void set_pose(const std::string& tool, const Rigidd& T_world_tool, bool at_once = false);
+  /// Where it is now. @throws usage Error for other things than held blades and obstacles that move.
+  Rigidd pose(const std::string& tool) const;
+  /// From the next frame on, this grab's spring pulls, or none does. The same body, point and radius as
+  /// before are the same grab: only its target and strength change. Stable at any stiffness: the spring is
+  /// implicit.
+  /// @throws usage Error for a body that isn't in the scene or has `contact: false`, a point that is not near
+  /// its surface, and settings that are not positive.
+  void set_grab(const std::optional<Grab>& grab);
   /// What may change while it runs: gravity, friction, stiffness, drag, bleeding.
   SceneParameters& parameters();
   /// From the next frame on, contacts() has those of this body. @throws usage Error for a body that isn't in
@@ -59,10 +70,9 @@ class World {
   /// From the next new images on, frames make these reductions and no others. On a GPU, each choice
   /// is recorded in its first frame.
   void reduce_quality(std::span<const QualityReduction> quality_reductions);
-  /// Copies everything that is to be seen to the host. Synchronizes.
+  /// Copies everything that is to be seen to the host. Synchronizes. The first call after a frame with live
+  /// images counts as showing them, for their latency.
   FrameSnapshot snapshot();
-  /// The viewer has the snapshot of the last frame: counts the latency of live images.
-  void note_shown();
   /// What the scene's probes read, in its order. Synchronizes.
   std::vector<ProbeReading> probes();
   /// Nodes of a body. Synchronizes. @throws usage Error for a body that isn't in the scene, with those that

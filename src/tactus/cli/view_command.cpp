@@ -38,7 +38,8 @@ void view(const ViewFlags& flags) {
     throw Error("this build has no windows: " + missing + ", then build again");
   ViewedScene viewed = viewed_scene(flags.path, flags.source_path, flags.tool);
   viewed.scene.source.plain = flags.plain;
-  LiveRun run(std::move(viewed.scene), {.named = flags.path, .devices = flags.devices, .tool = viewed.tool});
+  LiveRun run(std::move(viewed.scene),
+              {.named = flags.path, .devices = flags.devices, .tools = viewed.tools});
   run.control().set_paused(flags.pause);
   show_window(run, options);
   if (run.stop(kMostWait_s)) return;
@@ -59,9 +60,10 @@ void add_view_command(CLI::App& app) {
   command->add_flag("--plain", flags->plain, "live cameras without keys, on this computer alone");
   command->add_option("--size", flags->size, "of the window in pixels")->capture_default_str();
   command
-      ->add_option(
-          "--tool", flags->tool,
-          "obstacle with 'held: true' that the mouse holds; auto: the scene's first, or a ball; none")
+      ->add_option("--tool", flags->tool,
+                   "what the mouse holds first: NAME of an obstacle or blade with 'held: true', ball, "
+                   "scalpel, none; auto: "
+                   "the scene's first, or a ball, and a scalpel where bodies are cuttable")
       ->capture_default_str();
   command->add_flag("--pause", flags->pause, "begin with the first frame, paused");
   command->add_flag("--no-panels", flags->no_panels, "the picture alone; tab shows the panels");

@@ -10,6 +10,7 @@
 #include "tactus/rig/rig_file.h"
 #include "tactus/rig/wire/recording_file.h"
 #include "tactus/sim/body/body_shape.h"
+#include "tactus/sim/held_blades.h"
 
 namespace tactus {
 namespace {
@@ -69,33 +70,78 @@ Box3f world_bounds(const Scene& scene) {
   return all;
 }
 
-/// A ball above the near edge of the bodies, clear of them.
-std::string add_ball(Scene& scene) {
+/// Beside the bodies: above their near edge, clear of them.
+struct ToolPlace {
+  Vec3f at_m;
+  float size_m = 0;  ///< of the bodies
+};
+ToolPlace tool_place(const Scene& scene) {
   const Box3f box = world_bounds(scene);
   const float size_m = length(box.extent());
+  return {{box.center().x, box.max.y + 0.1F * size_m, box.max.z}, size_m};
+}
+
+std::string add_ball(Scene& scene, const ToolPlace& place) {
   ObstacleSetting& ball = scene.obstacles.emplace_back();
   ball.name = "ball of the mouse";
   ball.kind = ObstacleShape::sphere;
-  ball.radius_m = static_cast<double>(0.05F * size_m);
+  ball.radius_m = static_cast<double>(0.05F * place.size_m);
   ball.held = true;
-  ball.placement.position_m = vec_cast<double>(Vec3f{box.center().x, box.max.y + 0.1F * size_m, box.max.z});
+  ball.placement.position_m = vec_cast<double>(place.at_m);
   return ball.name;
 }
 
-std::string choose_tool(Scene& scene, const std::string& asked) {
-  if (asked == "none") return "";
-  std::vector<std::string> held;
-  for (const ObstacleSetting& o : scene.obstacles)
-    if (o.held) held.push_back(o.name);
-  if (asked != "auto") {
-    if (std::find(held.begin(), held.end(), asked) != held.end()) return asked;
-    throw usage_error("--tool '" + asked + "': the scene has no obstacle of this name with 'held: true'" +
-                      suggestion(asked, held) + "; auto takes the first, or adds a ball");
+/// Its edge is a fifth of the bodies long, from the tip upwards.
+std::string add_scalpel(Scene& scene, const ToolPlace& place) {
+  BladeDescription& blade = scene.blades.emplace_back();
+  blade.name = "scalpel of the mouse";
+  blade.held = true;
+  blade.from_m = vec_cast<double>(place.at_m + Vec3f{0.15F * place.size_m, 0, 0});
+  blade.to_m = blade.from_m + Vec3d{0, static_cast<double>(0.2F * place.size_m), 0};
+  return blade.name;
+}
+
+/// @throws usage Error where there is none.
+void make_cuttable(Scene& scene) {
+  bool can_cut = false;
+  for (BodyDescription& body : scene.bodies) {
+    body.cuttable = body.cuttable || (body.material.model != TissueModel::flsm && body.contact &&
+                                      body.shape.fill == MeshFill::closed);
+    can_cut = can_cut || body.cuttable;
   }
-  if (!held.empty()) return held.front();
-  const bool touches = std::any_of(scene.bodies.begin(), scene.bodies.end(),
-                                   [](const BodyDescription& b) { return b.contact; });
-  return touches ? add_ball(scene) : "";
+  if (!can_cut)
+    throw usage_error(
+        "--tool scalpel: no body of the scene has elements that could be cut ('material.model' tled or "
+        "hybrid)");
+}
+
+std::vector<std::string> choose_tools(Scene& scene, const std::string& asked) {
+  if (asked == "none") return {};
+  std::vector<std::string> tools = held_names(scene);
+  const auto named = std::find(tools.begin(), tools.end(), asked);
+  if (named != tools.end()) {
+    std::rotate(tools.begin(), named, named + 1);
+    return tools;
+  }
+  if (asked != "auto" && asked != "ball" && asked != "scalpel") {
+    tools.insert(tools.end(), {"ball", "scalpel"});
+    throw usage_error("--tool '" + asked + "': the scene has nothing of this name with 'held: true'" +
+                      suggestion(asked, tools) + "; auto takes the first, or adds a ball");
+  }
+  if (scene.bodies.empty()) return tools;
+  if (asked == "scalpel") make_cuttable(scene);
+  const auto any = [&](auto&& is) { return std::any_of(scene.bodies.begin(), scene.bodies.end(), is); };
+  const bool touches = any([](const BodyDescription&b) { return b.contact; }),
+             is_cuttable = any([](const BodyDescription&b) { return b.cuttable; }),
+             has_blade = std::any_of(scene.blades.begin(), scene.blades.end(),
+                                     [](const BladeDescription&b) { return b.held; });
+  const ToolPlace place = tool_place(scene);
+  if (asked == "ball" || (tools.empty() && touches)) tools.insert(tools.begin(), add_ball(scene, place));
+  if (asked == "scalpel")
+    tools.insert(tools.begin(), add_scalpel(scene, place));
+  else if (is_cuttable && !has_blade)
+    tools.push_back(add_scalpel(scene, place));
+  return tools;
 }
 
 }  // namespace
@@ -117,7 +163,7 @@ ViewedScene viewed_scene(const std::string& path, const std::string& source_path
     scene.source = source_of_file(source_path, "--source ");
   else
     go_on_without_end(scene.source);
-  viewed.tool = choose_tool(scene, tool);
+  viewed.tools = choose_tools(scene, tool);
   return viewed;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// The scene that `tactus view` runs.
 #include <string>
+#include <vector>
 
 #include "tactus/sim/scene.h"
 
@@ -8,14 +9,16 @@ namespace tactus {
 
 struct ViewedScene {
   Scene scene;
-  std::string tool;  ///< name of the obstacle that the mouse holds; "": none
+  std::vector<std::string> tools;  ///< names of what the mouse may hold, the one in the hand first
 };
 
 /// Reads a scene file, or a recording or a rig file: then there are no bodies. Scenes that nothing ends go on
 /// without end.
 /// @param source_path "", or a recording or rig that replaces the scene's source
-/// @param tool "none", "auto" or the name of a held obstacle. auto: the scene's first one; where it has none,
-/// and bodies, a ball beside them @throws usage Error for another name
+/// @param tool "none", "auto", "ball", "scalpel" or the name of a held obstacle or blade. auto: the scene's
+/// held ones; where it has none, a ball beside its bodies; where blades may cut and none is held, a scalpel,
+/// too. ball and scalpel are added; a scalpel makes bodies of elements cuttable. @throws usage Error for
+/// another name, and for a scalpel where no body has elements
 ViewedScene viewed_scene(const std::string& path, const std::string& source_path, const std::string& tool);
 
 }  // namespace tactus

@@ -5,6 +5,7 @@
 
 #include "tactus/io/region_schema.h"
 #include "tactus/rig/marker_dictionaries.h"
+#include "tactus/sim/held_blades.h"
 
 namespace tactus {
 
@@ -81,6 +82,12 @@ void check_blades(FieldVisitor& v, const Scene& scene) {
                   blade.name + "', expected it once");
     }
   }
+  const std::vector<std::string> held = held_names(scene);
+  for (std::size_t k = 1; k < held.size(); ++k)
+    v.check(std::find(held.begin(), held.begin() + static_cast<std::ptrdiff_t>(k), held[k]) ==
+                held.begin() + static_cast<std::ptrdiff_t>(k),
+            "blades",
+            "an obstacle and a blade with 'held: true' have the name '" + held[k] + "', names must differ");
   for (const BodyDescription& body : scene.bodies)
     v.check(!body.bleeding || scene.fluid, "bodies",
             "body '" + body.name + "' has 'bleeding', but the scene has no 'fluid' that says what flows");

@@ -276,16 +276,23 @@ void describe_blade(FieldVisitor& v, BladeDescription& b) {
   describe_name(v, {"name", "unique name, used in results", kRequired}, b.name);
   v.section({"tracked", "a real tool of known shape that the cameras see, instead of keyframes"},
             [&](FieldVisitor& in) { describe_tracked(in, b.tracked.emplace()); });
-  v.vector({"from_m", "one end of its straight edge, where no keyframe moves it"}, b.from_m, kPosition);
+  v.boolean(
+      {"held",
+       "a program says where it is (`World::set_pose`), instead of keyframes; until then its own "
+       "coordinates are the world's. It cuts nothing in a frame in which its edge goes farther than 0.2 m"},
+      b.held);
+  v.vector({"from_m", "one end of its straight edge, where nothing moves it"}, b.from_m, kPosition);
   v.vector({"to_m", "the other end"}, b.to_m, kPosition);
   v.list({"path", "where it goes: keyframes, linear in between; it cuts from the first to the last"},
          appender(b.path, describe_blade_key));
   v.vector({"axis", "of the angles, world axes"}, b.axis, {"", -1000, 1000});
   v.vector_or_auto({"pivot_m", "a point on that axis, which moves along"}, b.pivot_m, kPosition, "`from_m`");
-  for (const char* key : {"from_m", "to_m", "path", "axis", "pivot_m"})
+  for (const char* key : {"held", "from_m", "to_m", "path", "axis", "pivot_m"})
     v.only_when(!b.tracked, key, "the blade is not 'tracked'");
   if (b.tracked) return;
+  for (const char* key : {"path", "axis", "pivot_m"}) v.only_when(!b.held, key, "the blade is not 'held'");
   v.check(length(b.to_m - b.from_m) > 0, "to_m", "'to_m' is 'from_m': the edge has no length");
+  if (b.held) return;
   v.check(b.path.size() >= 2, "path",
           "'path' has " + std::to_string(b.path.size()) +
               " keyframes, expected two or more: it cuts between them");

@@ -10,6 +10,7 @@ namespace tactus {
 namespace {
 
 KeyframePose blade_pose(const BladeDescription& blade, double time_s) {
+  if (blade.held) return {Mat3d::identity(), {}, {}};
   return keyframe_pose(blade.path, blade.axis, blade.pivot_m.value_or(blade.from_m), time_s);
 }
 
@@ -62,7 +63,8 @@ TriangleMesh blade_mesh(const BladeDescription& blade, double time_s) {
 std::vector<TriangleMesh> scripted_blades(const Scene& scene, double time_s) {
   std::vector<TriangleMesh> all;
   for (const BladeDescription& blade : scene.blades) {
-    if (!blade.tracked && time_s <= blade.path.back().time_s) all.push_back(blade_mesh(blade, time_s));
+    if (!blade.tracked && !blade.held && time_s <= blade.path.back().time_s)
+      all.push_back(blade_mesh(blade, time_s));
   }
   return all;
 }

@@ -7,10 +7,11 @@
 
 namespace tactus {
 
-/// The steel behind a blade's edge, closed, at a time of its keyframes. Where it cuts it trails in the wound.
+/// The steel behind a blade's edge, closed, at a time of its keyframes; of one that is held in its
+/// coordinates. Where it cuts it trails in the wound.
 TriangleMesh blade_mesh(const BladeDescription& blade, double time_s);
 
-/// Meshes of all blades that aren't tracked, until the end of their paths.
+/// Meshes of all blades that follow keyframes, until the end of their paths.
 std::vector<TriangleMesh> scripted_blades(const Scene& scene, double time_s);
 
 }  // namespace tactus

@@ -6,6 +6,7 @@
 #include "tactus/base/error.h"
 #include "tactus/geom/mesh/box_surface.h"
 #include "tactus/geom/mesh/sphere_surface.h"
+#include "tactus/sim/held_blades.h"
 #include "tactus/sim/keyframes.h"
 
 namespace tactus {
@@ -22,15 +23,6 @@ TriangleMesh mesh_of(const ObstacleSetting& setting, const BodyAssets& assets, f
   TriangleMesh mesh = assets.obstacle_meshes.at(setting.name);
   for (Vec3f& p : mesh.positions_m) p *= scale;
   return mesh;
-}
-
-bool is_rigid(const Rigidd& T) {
-  double off = 0;
-  const Mat3d product = transpose(T.R) * T.R;
-  for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) off = std::max(off, std::abs(product(i, k) - (i == k ? 1 : 0)));
-  return off < 1e-6 && dot(cross(T.R.column(0), T.R.column(1)), T.R.column(2)) > 0 &&
-         std::isfinite(dot(T.t, T.t));
 }
 
 }  // namespace
@@ -81,27 +73,27 @@ Rigidd MovingObstacles::along_keyframes(const ObstacleSetting& setting, double t
 }
 
 MovingObstacles::Moving& MovingObstacles::held(const std::string& name) {
-  std::string names;
-  for (Moving& m : all_) {
-    if (!m.setting.held) continue;
-    if (m.setting.name == name) return m;
-    names += (names.empty() ? "'" : ", '") + m.setting.name + "'";
-  }
-  throw usage_error("'" + name + "' is no obstacle with 'held: true'; " +
-                    (names.empty() ? "the scene has none" : "those are " + names));
+  for (Moving& m : all_)
+    if (m.setting.held && m.setting.name == name) return m;
+  throw Error("'" + name + "' is no obstacle with 'held: true'");
 }
 
-void MovingObstacles::set_pose(const std::string& name, const Rigidd& T_world_obstacle) {
+void MovingObstacles::set_pose(const std::string& name, const Rigidd& T_world_obstacle, bool at_once) {
   Moving& own = held(name);
   if (!is_rigid(T_world_obstacle))
     throw usage_error("pose of obstacle '" + name + "': expected a finite position and a rotation");
   own.next = T_world_obstacle;
+  own.is_placed = own.is_placed && !at_once;
 }
 
 Rigidd MovingObstacles::pose(const std::string& name) const {
-  for (const Moving& m : all_)
+  std::vector<std::string> names;
+  for (const Moving& m : all_) {
     if (m.setting.name == name) return m.T_world;
-  throw usage_error("'" + name + "' is no obstacle that moves");
+    names.push_back(m.setting.name);
+  }
+  throw usage_error("'" + name + "' is no obstacle that moves" +
+                    (names.empty() ? "; the scene has none" : suggestion(name, names)));
 }
 
 void MovingObstacles::begin_frame(double dt_s, double end_s, double end_age_s) {

@@ -22,9 +22,9 @@ class MovingObstacles {
   bool empty() const { return all_.empty(); }
   /// Where a held obstacle is at the end of the next frame and of those after it. It turns the shorter way:
   /// by less than half a turn a frame. @param T_world_obstacle rigid; the scale of its placement stays
-  /// @throws usage Error for a name that is not a held obstacle's, with those that are; Error for a pose that
-  /// is not finite or not rigid.
-  void set_pose(const std::string& name, const Rigidd& T_world_obstacle);
+  /// @param at_once it is there from the frame's beginning on
+  /// @throws usage Error for a pose that is not finite or not rigid. @param name of a held obstacle
+  void set_pose(const std::string& name, const Rigidd& T_world_obstacle, bool at_once = false);
   /// @throws usage Error for a name that no moving obstacle has.
   Rigidd pose(const std::string& name) const;
   /// Takes in where they are at the end of a frame. @param dt_s its length; 0: they jump there

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tactus/geom/mesh/mesh_creases.h"
+#include "tactus/sim/held_blades.h"
 #include "tactus/sim/still_obstacles.h"
 #include "tactus/web/json_text.h"
 
@@ -109,10 +110,11 @@ StreamScene::StreamScene(const Scene& scene, const Rig& rig, const BodyAssets& a
     : name_(scene.name), facts_(std::move(facts)), view_(scene.view), liquid_(scene.fluid) {
   for (const BodyDescription& body : scene.bodies)
     bodies_.push_back({body.name, vec_cast<float>(body.colour), body.cuttable});
-  for (const ObstacleSetting& o : scene.obstacles) {
+  held_ = held_names(scene);
+  for (const ObstacleSetting& o : scene.obstacles)
     if (o.moves()) moving_.push_back(o.name);
-    if (o.held) held_.push_back(o.name);
-  }
+  for (const BladeDescription& blade : scene.blades)
+    if (blade.held) held_blades_.push_back(blade.name);
   for (StillObstacle& o : still_obstacles(scene, assets)) {
     still_names_.push_back({o.name, kGrey});
     still_meshes_.push_back(std::move(o.mesh));
@@ -180,8 +182,10 @@ std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& sna
   }
   for (std::size_t o = 0; o < snapshot.obstacles.size(); ++o)
     all.push_back({{BlockRole::obstacle, moving_[o], kGrey}, snapshot.obstacles[o], {}});
-  for (const TriangleMesh& blade : snapshot.blades)
-    all.push_back({{BlockRole::blade, "blade", kSteel}, blade, {}});
+  for (std::size_t b = 0; b < snapshot.blades.size(); ++b)
+    all.push_back({{BlockRole::blade, b < held_blades_.size() ? held_blades_[b] : "blade", kSteel},
+                   snapshot.blades[b],
+                   {}});
   return all;
 }
 

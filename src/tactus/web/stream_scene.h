@@ -85,7 +85,7 @@ class StreamScene {
   RunFacts facts_;
   ViewDescription view_;
   std::vector<Thing> bodies_;
-  std::vector<std::string> moving_, held_;
+  std::vector<std::string> moving_, held_, held_blades_;
   std::optional<LiquidDescription> liquid_;
   std::vector<Vec3f> frusta_, depth_frusta_, edges_;
   std::vector<Thing> still_names_;

@@ -13,13 +13,9 @@ double unix_now_s() {
 
 }  // namespace
 
-RunControl::Options WebSink::control_options(const StreamScene& scene, const Options& options,
-                                             WebSink& self) {
+RunControl::Options WebSink::control_options(const Options& options, WebSink& self) {
   RunControl::Options made;
-  made.is_allowed = options.allows_control;
   made.keeps_pace = options.keeps_pace;
-  made.held = scene.held();
-  made.parameters = options.parameters;
   made.waits_for_viewer = options.waits_for_viewer;
   made.has_viewers = [&self] { return self.viewers() > 0; };
   made.state_changed = [&self] { self.publish_state(); };
@@ -27,11 +23,14 @@ RunControl::Options WebSink::control_options(const StreamScene& scene, const Opt
 }
 
 WebSink::WebSink(StreamScene scene, const Options& options)
-    : scene_(std::move(scene)), status_(scene_.held()), control_(control_options(scene_, options, *this)) {
+    : scene_(std::move(scene)),
+      status_(scene_.held()),
+      control_(control_options(options, *this)),
+      client_({options.allows_control, scene_.held(), options.parameters}, control_) {
   server_ =
       std::make_unique<WebServer>(options.server, scene_.setting(options.allows_control, options.parameters),
                                   [this](std::string_view text) {
-                                    const std::string error = control_.handle(text);
+                                    const std::string error = client_.handle(text);
                                     return error.empty() ? "" : json_text({{"error", error}});
                                   });
   publish_state();
@@ -49,7 +48,7 @@ WebSink::~WebSink() {
 }
 
 void WebSink::publish_state(const std::string& error) {
-  nlohmann::json json{{"state", control_.state()}};
+  nlohmann::json json{{"state", RunControl::text(control_.state())}};
   if (!error.empty()) json["error"] = error;
   server_->publish_state(json_text(json));
 }
@@ -59,8 +58,8 @@ void WebSink::begin(const World& /*world*/, std::optional<int> frame_count) {
 }
 
 void WebSink::frame(RunFrame& frame) {
-  if (const std::string errors = control_.apply(frame.world, frame.images.time_s); !errors.empty())
-    publish_state(errors);
+  control_.note_frame(frame.images.time_s, frame.report.dt_s);
+  if (const std::string errors = control_.apply(frame.world).errors; !errors.empty()) publish_state(errors);
   if (server_->viewers() == 0) return;
   const double captured_s = frame.images.captured_s > 0 ? frame.images.captured_s : frame.taken_at_s;
   StreamFrame shown{frame.snapshot(), frame.number, frame.images.time_s,

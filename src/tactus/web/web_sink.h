@@ -4,7 +4,7 @@
 #include <optional>
 #include <thread>
 
-#include "tactus/web/run_control.h"
+#include "tactus/web/client_control.h"
 #include "tactus/web/run_status.h"
 #include "tactus/web/stream_scene.h"
 #include "tactus/web/web_server.h"
@@ -35,7 +35,9 @@ class WebSink final : public FrameSink {
   std::string url() const { return server_->url(); }
   int viewers() const { return server_->viewers(); }
   /// For FrameLoop::Options::should_stop: waits as RunControl does.
-  bool wait_for_turn(const std::function<bool()>& should_stop) { return control_.wait_for_turn(should_stop); }
+  bool wait_for_turn(const std::function<bool()>& should_stop) {
+    return control_.wait_for_turn(false, should_stop) == RunControl::Turn::stop;
+  }
   void begin(const World& world, std::optional<int> frame_count) override;
   void frame(RunFrame& frame) override;
   void end(RunNotices& notices) override;
@@ -45,12 +47,13 @@ class WebSink final : public FrameSink {
  private:
   void encode();
   void publish_state(const std::string& error = "");
-  static RunControl::Options control_options(const StreamScene& scene, const Options& options, WebSink& self);
+  static RunControl::Options control_options(const Options& options, WebSink& self);
 
   StreamScene scene_;
   CreaseMemory creases_;  ///< of the encoder
   RunStatus status_;
   RunControl control_;
+  ClientControl client_;
   std::unique_ptr<WebServer> server_;
   std::mutex mutex_;
   std::condition_variable changed_;

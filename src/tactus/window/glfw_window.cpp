@@ -55,7 +55,8 @@ GlfwWindow::GlfwWindow(const std::string& title, Vec2i size_px) : title_(title) 
     if (self.wants_mouse_) return;
     const bool shift =
         glfwGetKey(w, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS || glfwGetKey(w, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
-    (shift ? self.input_.tool_wheel : self.input_.wheel) += static_cast<float>(by);
+    (shift || self.drag_ == Drag::grab ? self.input_.tool_wheel : self.input_.wheel) +=
+        static_cast<float>(by);
   });
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned code) {
     of(w).input_.typed.push_back(code);
@@ -79,14 +80,20 @@ GlfwWindow& GlfwWindow::of(GLFWwindow* window) {
 void GlfwWindow::on_button(int button, int action, int mods) {
   input_.is_empty = false;
   if (action == GLFW_RELEASE) {
-    if (button == drag_button_) drag_ = Drag::none;
+    if (button != drag_button_) return;
+    input_.is_released = drag_ == Drag::grab;
+    drag_ = Drag::none;
     return;
   }
   if (wants_mouse_ || drag_ != Drag::none) return;
   const bool is_left = button == GLFW_MOUSE_BUTTON_LEFT;
-  drag_ = !is_left ? Drag::pan : (mods & GLFW_MOD_SHIFT) != 0 ? Drag::tool : Drag::orbit;
+  drag_ = !is_left                         ? Drag::pan
+          : (mods & GLFW_MOD_SHIFT) != 0   ? Drag::tool
+          : (mods & GLFW_MOD_CONTROL) != 0 ? Drag::grab
+                                           : Drag::orbit;
   drag_button_ = button;
-  if (drag_ == Drag::tool) input_.moves_tool = true;
+  input_.begun = input_.moved = drag_;
+  input_.pressed_px = input_.mouse_px;
 }
 
 void GlfwWindow::on_cursor(double x, double y) {
@@ -95,7 +102,7 @@ void GlfwWindow::on_cursor(double x, double y) {
   const PicturePoint by{at.x - input_.mouse_px.x, at.y - input_.mouse_px.y};
   input_.mouse_px = at;
   input_.is_empty = false;
-  if (drag_ == Drag::tool) input_.moves_tool = true;
+  if (drag_ != Drag::none) input_.moved = drag_;
   if (drag_ != Drag::orbit && drag_ != Drag::pan) return;
   PicturePoint& sum = drag_ == Drag::orbit ? input_.orbited_px : input_.panned_px;
   sum = {sum.x + by.x, sum.y + by.y};

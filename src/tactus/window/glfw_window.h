@@ -1,26 +1,12 @@
 #pragma once
 /// GLFW's window with an OpenGL 4.5 context, and its input, collected between pictures. Internal to window/.
 #include <string>
-#include <vector>
 
-#include "tactus/window/camera_moves.h"
+#include "tactus/window/window_input.h"
 
 struct GLFWwindow;
 
 namespace tactus {
-
-enum class Drag : std::uint8_t { none, orbit, pan, tool };
-
-/// Since the last picture. A click that is shorter than a picture takes isn't lost.
-struct WindowInput {
-  PicturePoint orbited_px, panned_px;  ///< by drags, in pixels of the framebuffer
-  float wheel = 0, tool_wheel = 0;
-  bool moves_tool = false;  ///< to `mouse_px`
-  std::vector<unsigned> typed;
-  bool pressed_tab = false;
-  PicturePoint mouse_px;
-  bool is_empty = true;
-};
 
 /// One at a time, on the main thread.
 class GlfwWindow {

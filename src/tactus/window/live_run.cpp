@@ -9,7 +9,21 @@
 
 namespace tactus {
 
-LiveRun::LiveRun(Scene scene, Options options) : scene_(std::move(scene)), options_(std::move(options)) {}
+namespace {
+
+RunControl::Options control_options(const Scene& scene) {
+  return {.keeps_pace = scene.source.kind != SourceKind::live,
+          .shows_first_frame = true,
+          .has_viewers = {},
+          .state_changed = {},
+          .tool_speed_m_s = 0.5,  // a hand's; faster, a tool would go through bodies
+          .frame_s = scene.frame.dt_s.value_or(1 / scene.source.fps.value_or(30))};
+}
+
+}  // namespace
+
+LiveRun::LiveRun(Scene scene, Options options)
+    : scene_(std::move(scene)), options_(std::move(options)), control_(control_options(scene_)) {}
 
 LiveRun::~LiveRun() {
   control_.stop();
@@ -49,7 +63,7 @@ void LiveRun::rethrow_failure() {
 void LiveRun::work() noexcept {
   try {
     DeviceSet devices(options_.devices);
-    while (run_once(devices) == ViewControl::Turn::restart) {
+    while (run_once(devices) == RunControl::Turn::restart) {
     }
   } catch (...) {
     const std::lock_guard lock(mutex_);
@@ -87,7 +101,7 @@ RunProgress LiveRun::go_back(FrameSource& source, World& world) const {
   return kept_.progress;
 }
 
-ViewControl::Turn LiveRun::run_once(DeviceSet& devices) {
+RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   set_state(State::building);
   const bool goes_back = control_.begin() && kept_.number > 0;
   const std::unique_ptr<FrameSource> source = open_scene_source(scene_, options_.named);
@@ -102,14 +116,13 @@ ViewControl::Turn LiveRun::run_once(DeviceSet& devices) {
   if (goes_back) progress = go_back(*source, world);
   set_state(State::running);
   ViewSink sink(scene_, world, control_, frame_, on_news_,
-                {.tool = options_.tool,
-                 .keeps_pace = scene_.source.kind != SourceKind::live,
+                {.tools = options_.tools,
                  .wears_photographs = scene_.view.photographs > 0,
                  .frames_before = goes_back ? kept_.number : 0});
   FrameLoop* at = nullptr;
   const auto should_stop = [&] {
     while (!sink.may_go_on()) {
-      if (sink.turn() != ViewControl::Turn::keep) return true;
+      if (sink.turn() != RunControl::Turn::keep) return true;
       keep(world, at->progress(), sink.number());
     }
     return false;
@@ -119,10 +132,10 @@ ViewControl::Turn LiveRun::run_once(DeviceSet& devices) {
   loop.go_on_from(progress);
   loop.add(sink);
   loop.run();
-  if (sink.turn() != ViewControl::Turn::go) return sink.turn();
+  if (sink.turn() != RunControl::Turn::go) return sink.turn();
   set_state(State::ended);
-  ViewControl::Turn turn = control_.wait_for_restart();
-  for (; turn == ViewControl::Turn::keep; turn = control_.wait_for_restart())
+  RunControl::Turn turn = control_.wait_for_restart();
+  for (; turn == RunControl::Turn::keep; turn = control_.wait_for_restart())
     keep(world, loop.progress(), sink.number());
   return turn;
 }

@@ -23,7 +23,7 @@ class LiveRun {
   struct Options {
     std::string named = "scene";  ///< before messages: the scene's file
     std::string devices = "auto";
-    std::string tool;  ///< name of a held obstacle that follows the mouse; "": none
+    std::vector<std::string> tools;  ///< names of held obstacles and blades that the mouse may hold
   };
   LiveRun(Scene scene, Options options);
   /// Stops and waits for the frame that runs.
@@ -36,9 +36,9 @@ class LiveRun {
   /// Asks the physics to end. @returns whether it has ended within so many seconds.
   bool stop(double wait_s);
 
-  ViewControl& control() { return control_; }
+  RunControl& control() { return control_; }
   const Scene& scene() const { return scene_; }
-  const std::string& tool() const { return options_.tool; }
+  const std::vector<std::string>& tools() const { return options_.tools; }
   State state() const;
   /// After each start and restart, before its first frame: the caller's own from then on.
   std::unique_ptr<SceneView> take_view() { return view_.take(); }
@@ -61,12 +61,12 @@ class LiveRun {
   /// Takes from the source the frames so far again. @returns how far it has come
   RunProgress go_back(FrameSource& source, World& world) const;
   /// From start to stop or restart.
-  ViewControl::Turn run_once(DeviceSet& devices);
+  RunControl::Turn run_once(DeviceSet& devices);
   void set_state(State state);
 
   const Scene scene_;
   const Options options_;
-  ViewControl control_;
+  RunControl control_;
   NewestOne<std::unique_ptr<SceneView>> view_;
   NewestOne<std::shared_ptr<const ViewedFrame>> frame_;
   std::function<void()> on_news_;

@@ -93,7 +93,7 @@ std::string short_number(double value) {
   return text;
 }
 
-std::vector<HelpLine> help_lines(bool has_tool) {
+std::vector<HelpLine> help_lines(const MouseHolds& holds) {
   std::vector<HelpLine> lines{{"left drag", "orbit"},
                               {"right or middle drag", "pan"},
                               {"wheel", "nearer, farther"},
@@ -108,9 +108,11 @@ std::vector<HelpLine> help_lines(bool has_tool) {
                               {"tab", "panels"},
                               {"h", "this help"},
                               {"q", "close"}};
-  if (has_tool) {
+  if (holds.tissue) lines.insert(lines.begin() + 3, {"ctrl + left drag", "grab tissue and pull it"});
+  if (holds.tools > 1) lines.insert(lines.begin() + 3, {"t", "take the next tool"});
+  if (holds.tools > 0) {
     lines.insert(lines.begin() + 3, {"shift + wheel", "tool away, towards you"});
-    lines.insert(lines.begin() + 3, {"shift + left drag", "hold the tool"});
+    lines.insert(lines.begin() + 3, {"shift + left drag", "hold the tool, cut with it"});
   }
   return lines;
 }
@@ -180,7 +182,8 @@ std::vector<PanelModel::Slider> sliders(const ViewedFrame& frame,
 }  // namespace
 
 PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
-                       bool is_paused, const std::map<std::string, double>& pending, int kept_frame) {
+                       bool is_paused, const std::map<std::string, double>& pending, int kept_frame,
+                       const std::string& tool) {
   PanelModel model;
   model.state = state_text(state, is_paused, history.pace());
   model.title = "tactus: " + name + ", " + state_word(state, is_paused);
@@ -192,7 +195,11 @@ PanelModel panel_model(const std::string& name, const RunHistory& history, LiveR
   model.clock = text;
   model.title += ", frame " + std::to_string(frame->number);
   if (frame->latency_ms > 0) model.clock += ", " + short_number(frame->latency_ms) + " ms after its images";
-  if (frame->tool_force_N) model.tool = "on the tool: " + with_unit(*frame->tool_force_N, "N");
+  for (const ViewedTool& t : frame->tools)
+    if (t.name == tool)
+      model.tool = "in the hand: " + tool + (t.force_N > 0 ? ", " + with_unit(t.force_N, "N") : "") +
+                   (frame->tools.size() > 1 ? " (t: next)" : "");
+  if (frame->pull_N > 0) model.pull = "pull: " + with_unit(frame->pull_N, "N");
   float longest_N = 0;
   for (const ContactArrow& c : frame->contacts) longest_N = std::max(longest_N, length(c.force_N));
   const auto shows = [frame](const char* value) {

@@ -27,7 +27,8 @@ struct PanelModel {
   std::string title;   ///< of the window
   std::string state;   ///< "running at 0.8 of real time"
   std::string clock;   ///< "4.27 s, frame 128"
-  std::string tool;    ///< "tool: 0.84 N"; "": none
+  std::string tool;    ///< "ball: 0.84 N"; "": none
+  std::string pull;    ///< "pull: 0.84 N"; "": nothing is grabbed
   std::string kept;    ///< "b goes back to frame 128"; "": nothing is kept
   std::string arrows;  ///< the force of the longest arrow; "": without bodies
   std::vector<Stage> stages;
@@ -41,8 +42,12 @@ struct HelpLine {
   const char* key;
   const char* action;
 };
-/// @param has_tool something follows the mouse
-std::vector<HelpLine> help_lines(bool has_tool);
+/// Things of a scene that the mouse may hold.
+struct MouseHolds {
+  std::size_t tools = 0;
+  bool tissue = false;
+};
+std::vector<HelpLine> help_lines(const MouseHolds& holds);
 
 /// "0.84", "12.3", "1230": three digits that count.
 std::string short_number(double value);
@@ -80,8 +85,9 @@ class RunHistory {
 };
 
 /// @param name of the scene @param pending parameters that were set since the newest frame
-/// @param kept_frame LiveRun::kept_frame
+/// @param kept_frame LiveRun::kept_frame @param tool in the hand; "": none
 PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
-                       bool is_paused, const std::map<std::string, double>& pending = {}, int kept_frame = 0);
+                       bool is_paused, const std::map<std::string, double>& pending = {}, int kept_frame = 0,
+                       const std::string& tool = "");
 
 }  // namespace tactus

@@ -153,6 +153,7 @@ PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
   if (!model.curves.empty() && ImGui::Begin("curves", nullptr, kFixed)) {
     for (const PanelModel::Curve& curve : model.curves) draw_curve(curve, scale_);
     if (!model.tool.empty()) text(model.tool);
+    if (!model.pull.empty()) text(model.pull);
     if (!model.arrows.empty()) text(model.arrows);
     for (const std::string& notice : model.notices) {
       ImGui::Separator();
@@ -197,12 +198,12 @@ void Panels::draw_sliders(const PanelModel& model, float top_px, PanelRequests& 
   ImGui::End();
 }
 
-void Panels::draw_help(bool has_tool) {
+void Panels::draw_help(const MouseHolds& holds) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, 0, {0.5F, 0.5F});
   ImGui::SetNextWindowBgAlpha(0.98F);  // panels are below it in a small window
   if (ImGui::Begin("help", nullptr, kFixed)) {
-    for (const HelpLine& line : help_lines(has_tool)) {
+    for (const HelpLine& line : help_lines(holds)) {
       ImGui::TextUnformatted(line.key);
       ImGui::SameLine(12 * ImGui::GetFontSize());
       ImGui::TextUnformatted(line.action);
@@ -250,6 +251,17 @@ void Panels::draw_arrows(const std::vector<ContactArrow>& contacts, const ViewCa
     list->AddTriangleFilled(tip, {base.x - 0.5F * head * way.y, base.y + 0.5F * head * way.x},
                             {base.x + 0.5F * head * way.y, base.y - 0.5F * head * way.x}, kVermilion);
   }
+}
+
+void Panels::draw_spring(Vec3f from_m, Vec3f to_m, const ViewCamera& camera) {
+  const ImVec2 display = ImGui::GetIO().DisplaySize;
+  const auto from = project(camera, from_m, {display.x, display.y}),
+             to = project(camera, to_m, {display.x, display.y});
+  if (!from || !to) return;
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
+  list->AddLine({from->x, from->y}, {to->x, to->y}, kBlue, 2 * scale_);
+  list->AddCircleFilled({from->x, from->y}, 4 * scale_, kBlue);
+  list->AddCircle({to->x, to->y}, 6 * scale_, kBlue, 0, 2 * scale_);
 }
 
 }  // namespace tactus

@@ -31,12 +31,14 @@ class Panels {
   bool wants_text() const;
 
   PanelRequests draw(const PanelModel& model, bool is_paused);
-  void draw_help(bool has_tool);
+  void draw_help(const MouseHolds& holds);
   /// A line in the middle, before there is a picture.
   void draw_message(const std::string& text);
   /// On the picture, below the panels.
   void draw_labels(const std::vector<PlacedLabel>& labels);
   void draw_arrows(const std::vector<ContactArrow>& contacts, const ViewCamera& camera, float longest_m);
+  /// From tissue that is held to where it is pulled.
+  void draw_spring(Vec3f from_m, Vec3f to_m, const ViewCamera& camera);
 
  private:
   void load_font(float scale);

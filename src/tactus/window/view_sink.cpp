@@ -8,8 +8,6 @@
 namespace tactus {
 namespace {
 
-/// A run that is later than this doesn't catch up.
-constexpr double kLatest_s = 0.2;
 /// Percentiles sort thousands of times.
 constexpr double kStagesEvery_s = 0.5;
 constexpr std::size_t kMostArrows = 200, kMostNotices = 6;
@@ -20,7 +18,7 @@ double millilitres(Index particles, const LiquidDescription& liquid) {
 
 }  // namespace
 
-ViewSink::ViewSink(const Scene& scene, World& world, ViewControl& control,
+ViewSink::ViewSink(const Scene& scene, World& world, RunControl& control,
                    NewestOne<std::shared_ptr<const ViewedFrame>>& newest, std::function<void()> on_news,
                    Options options)
     : scene_(scene),
@@ -28,76 +26,41 @@ ViewSink::ViewSink(const Scene& scene, World& world, ViewControl& control,
       control_(control),
       newest_(newest),
       on_news_(std::move(on_news)),
-      options_(std::move(options)),
-      frame_s_(scene.frame.dt_s.value_or(1 / scene.source.fps.value_or(30))) {
+      options_(std::move(options)) {
   number_ = options_.frames_before;
   for (const BodyDescription& body : scene.bodies) world.report_contacts(body.name);
 }
 
 bool ViewSink::may_go_on() {
-  double earliest_s = 0;
-  if (has_begun_ && options_.keeps_pace) {
-    const double due_s = begin_s_ + (last_time_s_ - begin_time_s_);
-    if (now_s() - due_s > kLatest_s) {  // too slow, or it was paused: the pace begins here
-      begin_s_ = now_s();
-      begin_time_s_ = last_time_s_;
-    }
-    earliest_s = begin_s_ + (last_time_s_ - begin_time_s_);
-  }
-  turn_ = control_.wait_for_turn(earliest_s, is_unseen_);
-  if (turn_ != ViewControl::Turn::go) return false;
-  move_tool();
-  set_parameters();
+  turn_ = control_.wait_for_turn(is_unseen_);
+  if (turn_ != RunControl::Turn::go) return false;
+  apply_control();
   return true;
 }
 
-void ViewSink::set_parameters() {
-  const std::map<std::string, double> values = control_.take_parameters();
-  for (const auto& [name, value] : values) {
-    try {
-      world_.parameters().set(name, value);
-      refusal_.clear();
-    } catch (const Error& error) {
-      refusal_ = error.what();
-    }
-  }
-  if (!values.empty() || parameters_ == nullptr) {
+void ViewSink::apply_control() {
+  const RunControl::Applied applied = control_.apply(world_);
+  if (applied.has_asked) refusal_ = applied.errors;
+  if (applied.has_set || parameters_ == nullptr) {
     const auto list = world_.parameters().list();
     parameters_ = std::make_shared<const std::vector<SceneParameter>>(list.begin(), list.end());
   }
 }
 
-void ViewSink::move_tool() {
-  const std::optional<Vec3d> target_m = control_.tool_target_m();
-  if (options_.tool.empty() || !target_m) return;
-  Rigidd T = world_.pose(options_.tool);
-  const Vec3d step_m = *target_m - T.t;
-  const double most_m = options_.tool_speed_m_s * frame_s_, wanted_m = length(step_m);
-  T.t = wanted_m > most_m ? T.t + (most_m / wanted_m) * step_m : *target_m;
-  world_.set_pose(options_.tool, T);
-}
-
 void ViewSink::frame(RunFrame& frame) {
-  if (!has_begun_) {
-    begin_s_ = now_s();
-    begin_time_s_ = frame.images.time_s;
-    has_begun_ = true;
-  }
-  last_time_s_ = frame.images.time_s;
+  control_.note_frame(frame.images.time_s, frame.report.dt_s);
   number_ = frame.number + options_.frames_before;
-  if (frame.report.dt_s > 0) frame_s_ = frame.report.dt_s;
   // A frame that would replace another unseen isn't copied; when it is paused, the last one is seen.
   is_unseen_ = !newest_.is_empty() && !control_.is_paused();
   if (is_unseen_) {
     unseen_ = seen(frame);
     return;
   }
-  if (frame.is_new) world_.note_shown();
   hand_over(seen(frame), frame.notices);
 }
 
 void ViewSink::end(RunNotices& notices) {
-  if (is_unseen_ && turn_ == ViewControl::Turn::go) hand_over(std::move(unseen_), notices);
+  if (is_unseen_ && turn_ == RunControl::Turn::go) hand_over(std::move(unseen_), notices);
   is_unseen_ = false;
 }
 
@@ -139,17 +102,16 @@ void ViewSink::hand_over(Seen seen, const RunNotices& noted) {
 
 void ViewSink::add_values(const StepReport& report, ViewedFrame& shown) {
   shown.values.push_back({"frame", "ms", shown.frame_ms});
-  double touch_N = 0, tool_N = 0;
+  double touch_N = 0;
+  for (const std::string& tool : options_.tools) shown.tools.push_back({tool, world_.pose(tool), 0});
   for (const BodyContact& c : report.contacts) {
     const auto force_N = static_cast<double>(length(c.reaction.force_N));
     touch_N += force_N;
-    if (c.component == options_.tool) tool_N += force_N;
+    for (ViewedTool& tool : shown.tools)
+      if (c.component == tool.name) tool.force_N += force_N;
   }
   if (!scene_.bodies.empty()) shown.values.push_back({"contact", "N", touch_N});
-  if (!options_.tool.empty()) {
-    shown.tool_m = world_.pose(options_.tool).t;
-    shown.tool_force_N = tool_N;
-  }
+  shown.pull_N = length(report.grab_N);
   const std::vector<BodyMonitors> monitors = world_.monitors();
   double elastic_J = 0, kinetic_J = 0, least_J = 1;
   for (const BodyMonitors& m : monitors) {

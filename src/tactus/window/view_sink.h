@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "tactus/run/frame_sink.h"
+#include "tactus/run/run_control.h"
 #include "tactus/run/scene_view.h"
-#include "tactus/window/view_control.h"
 #include "tactus/window/viewed_frame.h"
 
 namespace tactus {
@@ -34,26 +34,24 @@ class NewestOne {
   T thing_{};
 };
 
-/// On the physics' thread: copies a frame for the window when it has taken the last one, keeps the pace of
-/// time, moves the held tool. may_go_on() is the loop's `should_stop`, negated.
+/// On the physics' thread: copies a frame for the window when it has taken the last one, and carries out
+/// the requests of the control. may_go_on() is the loop's `should_stop`, negated.
 class ViewSink final : public FrameSink {
  public:
   struct Options {
-    std::string tool;             ///< name of a held obstacle; "": none
-    double tool_speed_m_s = 0.5;  ///< a hand's; faster, it would go through what it should push
-    bool keeps_pace = true;       ///< one second of the source takes one; live sources keep it themselves
+    std::vector<std::string> tools;  ///< names of held obstacles and blades
     bool wears_photographs = false;
     int frames_before = 0;  ///< where it goes on from a kept state
   };
   /// @param on_news called after each frame that was handed over, on the physics' thread. Keeps references.
-  ViewSink(const Scene& scene, World& world, ViewControl& control,
+  ViewSink(const Scene& scene, World& world, RunControl& control,
            NewestOne<std::shared_ptr<const ViewedFrame>>& newest, std::function<void()> on_news,
            Options options);
 
   /// Waits for the turn of the next frame; false: the loop ends.
   bool may_go_on();
   /// Why it did.
-  ViewControl::Turn turn() const { return turn_; }
+  RunControl::Turn turn() const { return turn_; }
   void frame(RunFrame& frame) override;
   /// The last frame's.
   int number() const { return number_; }
@@ -69,22 +67,19 @@ class ViewSink final : public FrameSink {
     std::vector<ColorImage> photos;
   };
   Seen seen(const RunFrame& frame) const;
-  void move_tool();
-  void set_parameters();
+  void apply_control();
   void hand_over(Seen seen, const RunNotices& notices);
   void add_values(const StepReport& report, ViewedFrame& shown);
   void add_contacts(double dt_s, ViewedFrame& shown);
 
   const Scene& scene_;
   World& world_;
-  ViewControl& control_;
+  RunControl& control_;
   NewestOne<std::shared_ptr<const ViewedFrame>>& newest_;
   std::function<void()> on_news_;
   Options options_;
-  ViewControl::Turn turn_ = ViewControl::Turn::go;
-  double frame_s_;                                           ///< simulated per frame
-  double begin_s_ = 0, begin_time_s_ = 0, last_time_s_ = 0;  ///< of the pace
-  bool has_begun_ = false, is_unseen_ = false;
+  RunControl::Turn turn_ = RunControl::Turn::go;
+  bool is_unseen_ = false;
   int number_ = 0;
   Seen unseen_;  ///< the last frame, where it wasn't handed over
   std::shared_ptr<const std::vector<SceneParameter>> parameters_;

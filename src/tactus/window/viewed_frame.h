@@ -25,6 +25,13 @@ struct ContactArrow {
   Vec3f at_m, force_N;
 };
 
+/// An obstacle or a blade that the mouse may hold.
+struct ViewedTool {
+  std::string name;
+  Rigidd T_world;
+  double force_N = 0;  ///< of all bodies on it
+};
+
 struct ViewedFrame {
   std::shared_ptr<const FrameSnapshot> snapshot;
   std::vector<ColorImage> photos;  ///< of the rig's cameras, where the scene wears them
@@ -39,9 +46,9 @@ struct ViewedFrame {
   std::vector<ContactArrow> contacts;
   std::vector<std::string> notices;                               ///< the newest last
   std::shared_ptr<const std::vector<SceneParameter>> parameters;  ///< as this frame had them
-  std::string refusal;                 ///< of the value that was set last; "": it was taken
-  std::optional<Vec3d> tool_m;         ///< where the held tool is
-  std::optional<double> tool_force_N;  ///< of all bodies on it
+  std::string refusal;                                            ///< of the last request; "": it was taken
+  std::vector<ViewedTool> tools;                                  ///< in the order of LiveRun::tools
+  double pull_N = 0;  ///< of the spring on the body that is grabbed
 };
 
 }  // namespace tactus

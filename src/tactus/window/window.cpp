@@ -7,6 +7,7 @@
 #include "tactus/base/log.h"
 #include "tactus/view/image_files.h"
 #include "tactus/window/glfw_window.h"
+#include "tactus/window/mouse_tools.h"
 #include "tactus/window/panels.h"
 
 namespace tactus {
@@ -31,6 +32,7 @@ class ViewWindow {
         panels_(window_.get()),
         renderer_(
             {.width_px = options.size_px.x, .height_px = options.size_px.y, .in_current_context = true}),
+        mouse_(run.scene(), run.tools(), run.control()),
         shows_panels_(options.shows_panels) {}
 
   void show() {
@@ -54,6 +56,7 @@ class ViewWindow {
       has_camera_ = true;
       has_picture_ = false;
       history_.clear();
+      mouse_.release();
     }
     if (auto frame = run_.take_frame(); frame && view_) {
       view_->show(*frame->snapshot, frame->photos);
@@ -78,7 +81,8 @@ class ViewWindow {
     if (input.pressed_tab) shows_panels_ = !shows_panels_;
     if (!panels_.wants_text())
       for (const unsigned code : input.typed) type(code);
-    hold_tool(input);
+    if (const ViewedFrame* frame = history_.newest(); frame != nullptr)
+      mouse_.follow(input, *frame, camera_, {static_cast<float>(size.x), static_cast<float>(size.y)});
   }
 
   void type(unsigned code) {
@@ -87,6 +91,7 @@ class ViewWindow {
     if (code == 'r') run_.control().restart();
     if (code == 'k') run_.control().keep();
     if (code == 'b' && run_.kept_frame() > 0) run_.control().go_back();
+    if (code == 't') mouse_.take_next_tool();
     if (code == 'h') shows_help_ = !shows_help_;
     if (code == 'c') shows_contacts_ = !shows_contacts_;
     if (code == 'q') closes_ = true;
@@ -116,21 +121,6 @@ class ViewWindow {
       log_info("wrote " + path);
   }
 
-  /// In the plane through the tool that faces the camera; the wheel moves that plane.
-  void hold_tool(const WindowInput& input) {
-    const ViewedFrame* frame = history_.newest();
-    if (frame == nullptr || !frame->tool_m || !(input.moves_tool || input.tool_wheel != 0)) return;
-    const std::optional<Vec3d> asked = run_.control().tool_target_m();
-    const auto from_m = vec_cast<float>(asked.value_or(*frame->tool_m));
-    const Vec2i size = window_.framebuffer_px();
-    const PicturePoint size_px{static_cast<float>(size.x), static_cast<float>(size.y)};
-    const float depth = depth_m(camera_, from_m) * std::pow(1.02F, input.tool_wheel);
-    const std::optional<PicturePoint> at = project(camera_, from_m, size_px);
-    if (!at) return;
-    run_.control().move_tool(
-        vec_cast<double>(point_under(camera_, input.moves_tool ? input.mouse_px : *at, size_px, depth)));
-  }
-
   void draw() {
     const Vec2i size = window_.framebuffer_px();
     if (size.x < 16 || size.y < 16) return;  // it is minimised
@@ -151,16 +141,18 @@ class ViewWindow {
   }
 
   void draw_panels(Vec2i size) {
-    ViewControl& control = run_.control();
+    RunControl& control = run_.control();
     const bool is_paused = control.is_paused();
     const PanelModel model = panel_model(options_.name, history_, run_.state(), is_paused,
-                                         control.pending_parameters(), run_.kept_frame());
+                                         control.pending_parameters(), run_.kept_frame(), mouse_.tool());
     window_.set_title(model.title);
     panels_.begin(text_scale(window_.content_scale(), size));
     if (has_picture_) {
       panels_.draw_labels(renderer_.labels());
       if (shows_contacts_)
         panels_.draw_arrows(history_.newest()->contacts, camera_, 0.12F * camera_.distance_m);
+      if (const auto spring = mouse_.spring(*history_.newest()))
+        panels_.draw_spring(spring->from_m, spring->to_m, camera_);
     } else {
       panels_.draw_message(model.state);
     }
@@ -171,7 +163,7 @@ class ViewWindow {
       if (requests.restart) control.restart();
       if (!requests.parameter.empty()) control.set_parameter(requests.parameter, requests.value);
     }
-    if (shows_help_) panels_.draw_help(!run_.tool().empty());
+    if (shows_help_) panels_.draw_help({run_.tools().size(), !run_.scene().bodies.empty()});
     panels_.end();
   }
 
@@ -182,6 +174,7 @@ class ViewWindow {
   Renderer renderer_;
   std::unique_ptr<SceneView> view_;
   RunHistory history_;
+  MouseTools mouse_;
   ViewCamera camera_;
   Vec2i drawn_px_{};
   bool shows_panels_, shows_help_ = false, shows_contacts_ = true, closes_ = false;

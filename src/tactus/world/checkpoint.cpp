@@ -109,8 +109,11 @@ void World::Impl::archive(StateArchive& a, const FrameSet* last) {
     colliders_.part(p).surface.archive(devices_.context(p), a);
   }
   moving_obstacles_.archive(a);
+  held_blades_.archive(a);
+  if (a.reads() && grab_) release_grab();
   archive_cuts(a);
   for (auto& body : bodies_) body->archive(a);
+  archive_grab(a);
   a.set_owner("bodies that touch");
   touching_.archive(a);
   if (liquid_) liquid_->archive(a);

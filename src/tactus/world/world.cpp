@@ -10,6 +10,7 @@
 #include "tactus/sim/body/body_steps.h"
 #include "tactus/sim/body/slab_points.h"
 #include "tactus/tissue/hybrid/body_solver.h"
+#include "tactus/sim/body/body_pull.h"
 #include "tactus/world/start_check.h"
 
 namespace tactus {
@@ -91,6 +92,7 @@ World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& asse
         return bodies;
       }()),
       moving_obstacles_(scene, obstacle_descriptions(scene, assets)),
+      held_blades_(scene),
       obstacle_watch_(still_ones(obstacle_descriptions(scene, assets))),
       energy_watch_(make_energy_watch()),
       contact_log_(names_of(scene.bodies)),
@@ -124,6 +126,14 @@ World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& asse
   add_parameters();
   schedule_.close();
   devices_.synchronize();
+}
+
+World::Impl::~Impl() {
+  try {
+    devices_.synchronize();
+  } catch (const std::exception& error) {  // of a device that failed: somebody has its error
+    log_warning(error.what());
+  }
 }
 
 void World::Impl::add_probe(const ProbeDescription& probe) {
@@ -185,7 +195,9 @@ StepReport World::Impl::step(double dt_s) {
   report.dt_s = last_dt_s_ = times.dt_s;
   std::move(times.notices.begin(), times.notices.end(), std::back_inserter(report.notices));
   const bool is_new = begin_images(report);
+  begin_grab();
   run_parts(times, is_new, report);
+  if (grab_) report.grab_N = bodies_[grabbed_]->spring().mean_force_N(times.dt_s);
   cut_bodies(clock_.simulated_s() - times.dt_s, clock_.simulated_s(), report);
   collect(report);
   if (is_new) note_latency();

@@ -9,10 +9,11 @@ World::~World() = default;
 
 void World::set_surface(Observation observation) { impl_->set_surface(std::move(observation)); }
 StepReport World::step(double dt_s) { return impl_->step(dt_s); }
-void World::set_pose(const std::string& obstacle, const Rigidd& T_world_obstacle) {
-  impl_->set_pose(obstacle, T_world_obstacle);
+void World::set_pose(const std::string& tool, const Rigidd& T_world_tool, bool at_once) {
+  impl_->set_pose(tool, T_world_tool, at_once);
 }
-Rigidd World::pose(const std::string& obstacle) const { return impl_->pose(obstacle); }
+Rigidd World::pose(const std::string& tool) const { return impl_->pose(tool); }
+void World::set_grab(const std::optional<Grab>& grab) { impl_->set_grab(grab); }
 SceneParameters& World::parameters() { return impl_->parameters(); }
 void World::report_contacts(const std::string& body) { impl_->report_contacts(body); }
 const std::vector<BodyPointContact>& World::contacts(const std::string& body) const {
@@ -23,7 +24,6 @@ void World::reduce_quality(std::span<const QualityReduction> quality_reductions)
   impl_->reduce_quality(quality_reductions);
 }
 FrameSnapshot World::snapshot() { return impl_->snapshot(); }
-void World::note_shown() { impl_->note_shown(); }
 std::vector<ProbeReading> World::probes() { return impl_->probes(); }
 BodyNodes World::nodes(const std::string& body) { return impl_->nodes(body); }
 std::vector<BodyMonitors> World::monitors() { return impl_->monitors(); }

@@ -40,6 +40,12 @@ float length_of(const cut::BladeStrip& strip) {
 
 }  // namespace
 
+cut::BladeStrip World::Impl::strip_of(std::size_t b, double from_s, double to_s) const {
+  const BladeDescription& blade = scene_.blades[b];
+  if (blade.tracked) return seen_strip(b);
+  return blade.held ? held_blades_.strip(blade.name, cut_frame_) : swept(blade, from_s, to_s, cut_frame_);
+}
+
 void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
   if (scene_.blades.empty() || !(to_s > from_s)) return;
   const StageTimer timer(timings_, "cut");
@@ -54,7 +60,7 @@ void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
     bool has_changed = false;
     for (std::size_t b = 0; b < scene_.blades.size(); ++b) {
       const BladeDescription& blade = scene_.blades[b];
-      const cut::BladeStrip strip = blade.tracked ? seen_strip(b) : swept(blade, from_s, to_s, cut_frame_);
+      const cut::BladeStrip strip = strip_of(b, from_s, to_s);
       if (strip.begin_m.empty()) continue;
       if (const float displacement_m = length_of(strip); displacement_m > kLongestStrip_m) {
         if (reported_cuts_.insert(blade.name + "jumps").second)
@@ -63,7 +69,8 @@ void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
                                         number_text(double{displacement_m}, double{kLongestStrip_m}) +
                                         " m in a frame, expected at most " +
                                         number_text(double{kLongestStrip_m}) + " m; it cuts nothing there",
-                                    "give its path more time, or frames less ('frame.dt_s')"});
+                                    blade.held ? "move it slower, or give frames less time ('frame.dt_s')"
+                                               : "give its path more time, or frames less ('frame.dt_s')"});
         continue;
       }
       CutScore& score = stroke_of(blade.name, body->name(), from_s);
@@ -103,6 +110,7 @@ void World::Impl::follow_cuts(std::size_t number, std::vector<Notice>& notices) 
     body.cuts()->follow(probe.point);
     probe.strain = strain_at_point(body.shape(), probe.point);
   }
+  if (grab_ && grabbed_ == number) follow_cut_of_grab();
 }
 
 /// The last stroke of the blade in the body, or a new one, which is the last of all.

@@ -23,12 +23,29 @@ bool World::Impl::begin_images(StepReport& report) {
   if (!std::exchange(seen_.is_new, false)) return false;
   begin_quality();
   has_surface_ = true;
+  is_shown_ = false;
   for (const HostTime& time : seen_.times) timings_.add(time.stage, time.begin_s, time.end_s);
   std::move(seen_.notices.begin(), seen_.notices.end(), std::back_inserter(report.notices));
   return true;
 }
 
+void World::Impl::set_pose(const std::string& tool, const Rigidd& T_world_tool, bool at_once) {
+  const std::vector<std::string> held = held_names(scene_);
+  if (std::find(held.begin(), held.end(), tool) == held.end())
+    throw usage_error("'" + tool + "' is no obstacle or blade with 'held: true'" +
+                      (held.empty() ? "; the scene has none" : suggestion(tool, held)));
+  if (held_blades_.has(tool))
+    held_blades_.set_pose(tool, T_world_tool, at_once);
+  else
+    moving_obstacles_.set_pose(tool, T_world_tool, at_once);
+}
+
+Rigidd World::Impl::pose(const std::string& tool) const {
+  return held_blades_.has(tool) ? held_blades_.pose(tool) : moving_obstacles_.pose(tool);
+}
+
 void World::Impl::move_tools(const FrameTimes& times, bool has_new_images) {
+  held_blades_.begin_frame(!(times.dt_s > 0));
   if (moving_obstacles_.empty() && (tools_.motions.empty() || !has_new_images)) return;
   moving_obstacles_.begin_frame(times.dt_s, clock_.simulated_s(), times.surface_age_s + times.dt_s);
   std::vector<ToolMotion> motions = moving_obstacles_.motions();
@@ -77,8 +94,10 @@ FrameSnapshot World::Impl::snapshot() {
     snapshot.smooth.push_back(shape.has_creases ? 0 : static_cast<Index>(shape.surface_m.positions_m.size()));
   }
   snapshot.obstacles = moving_obstacles_.meshes();
+  snapshot.blades = held_blades_.meshes();
   if (perception_ != nullptr) {
-    snapshot.blades = perception_->impl().tracked_blades().meshes();
+    for (TriangleMesh& blade : perception_->impl().tracked_blades().meshes())
+      snapshot.blades.push_back(std::move(blade));
     snapshot.tools = perception_->impl().tracked_blades().axes();
   }
   for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
@@ -87,6 +106,7 @@ FrameSnapshot World::Impl::snapshot() {
   if (const SceneFilm* film = liquid_ ? liquid_->film() : nullptr)
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       snapshot.films.push_back(film->thickness(*bodies_[b], snapshot.bodies[b]));
+  if (!std::exchange(is_shown_, true)) note_shown();
   return snapshot;
 }
 
@@ -116,7 +136,7 @@ void World::Impl::begin_quality() {
   perception_->impl().reduce(is_reduced(QualityReduction::hull));
   colliders_.set_coarseness(is_reduced(QualityReduction::samples) ? 2 : 1);
   if (liquid_) liquid_->reduce_quality(is_reduced(QualityReduction::liquid));
-  schedule_.select(reductions_made_ >> 1);
+  select_recording();
 }
 
 /// The strip that the edge of a tracked blade swept with the last images, until it has cut.

@@ -16,12 +16,14 @@
 #include "tactus/sim/body/touching_bodies.h"
 #include "tactus/sim/cut_score.h"
 #include "tactus/sim/frame_clock.h"
+#include "tactus/sim/held_blades.h"
 #include "tactus/sim/scene.h"
 #include "tactus/sim/scene_liquid.h"
 #include "tactus/sim/scene_obstacles.h"
 #include "tactus/tissue/substep_choice.h"
 #include "tactus/world/contact_log.h"
 #include "tactus/world/energy_watch.h"
+#include "tactus/world/grab.h"
 #include "tactus/world/obstacle_watch.h"
 #include "tactus/world/scene_parameters.h"
 #include "tactus/world/world.h"
@@ -32,13 +34,16 @@ namespace tactus {
 struct World::Impl {
  public:
   Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, Perception* perception);
+  /// Synchronizes: work that waits may read from members.
+  ~Impl();
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
   void set_surface(Observation observation);
   StepReport step(double dt_s);
-  void set_pose(const std::string& obstacle, const Rigidd& T_world_obstacle) {
-    moving_obstacles_.set_pose(obstacle, T_world_obstacle);
-  }
-  Rigidd pose(const std::string& obstacle) const { return moving_obstacles_.pose(obstacle); }
+  void set_pose(const std::string& tool, const Rigidd& T_world_tool, bool at_once);
+  Rigidd pose(const std::string& tool) const;
+  void set_grab(const std::optional<Grab>& grab);
   SceneParameters& parameters() { return parameters_; }
   void report_contacts(const std::string& body) { contact_log_.ask(body); }
   const std::vector<BodyPointContact>& contacts(const std::string& body) const {
@@ -47,7 +52,6 @@ struct World::Impl {
   std::vector<QualityReduction> quality_reductions() const;
   void reduce_quality(std::span<const QualityReduction> quality_reductions);
   FrameSnapshot snapshot();
-  void note_shown();
   std::vector<ProbeReading> probes();
   BodyNodes nodes(const std::string& body);
   std::vector<BodyMonitors> monitors();
@@ -90,6 +94,7 @@ struct World::Impl {
   }
   void begin_quality();
   void note_latency();
+  void note_shown();
   /// Moving obstacles and tracked tools.
   void move_tools(const FrameTimes& times, bool has_new_images);
   /// Part of a frame. Things that move fast would strain bodies far more than at its beginning, so steps
@@ -133,10 +138,18 @@ struct World::Impl {
   /// By blades, after the frame's substeps. @param from_s,to_s of its simulated time
   void cut_bodies(double from_s, double to_s, StepReport& report);
   cut::BladeStrip seen_strip(std::size_t blade) const;
+  cut::BladeStrip strip_of(std::size_t blade, double from_s, double to_s) const;
   CutScore& stroke_of(const std::string& blade, const std::string& body, double from_s);
   static void add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
                       CutScore& score);
   void follow_cuts(std::size_t body, std::vector<Notice>& notices);
+  // world_grab.cpp
+  void attach(const Grab& grab);
+  void release_grab();
+  void begin_grab();
+  void follow_cut_of_grab();
+  void archive_grab(StateArchive& a);
+  void select_recording();
   void archive_cuts(StateArchive& a);
   void archive_scores(StateArchive& a);
   static void add_contact(const BodyContact& contact, StepReport& report);
@@ -150,6 +163,10 @@ struct World::Impl {
   float sample_spacing_m_;
   std::vector<std::unique_ptr<SoftBody>> bodies_;
   MovingObstacles moving_obstacles_;
+  HeldBlades held_blades_;
+  std::optional<Grab> grab_;
+  std::size_t grabbed_ = 0;  ///< number of the body
+  Vec3d grabbed_at_m_;       ///< the nearest vertex, when it was grabbed
   ObstacleWatch obstacle_watch_;
   EnergyWatch energy_watch_;
   ContactLog contact_log_;
@@ -170,6 +187,7 @@ struct World::Impl {
   double meshed_s_ = 0;  ///< when the mesh of the last images was there
   float last_substep_s_ = 0;
   bool has_surface_ = false;  ///< images came
+  bool is_shown_ = true;      ///< the last images
   bool is_settled_ = false;   ///< or need not be
   std::vector<Reach>
       component_speeds_;  ///< of the real surface at its capture, and of all that is in tool_speeds_

@@ -1,5 +1,6 @@
 // State of a body between two frames.
 #include "tactus/frame/state_archive.h"
+#include "tactus/sim/body/body_pull.h"
 #include "tactus/sim/body/slab_points.h"
 #include "tactus/sim/body/soft_body.h"
 #include "tactus/tissue/hybrid/body_solver.h"
@@ -10,6 +11,7 @@ void SoftBody::archive(StateArchive& a) {
   a.set_owner("body '" + name() + "'");
   tissue_->archive(a);
   points_->archive(a);
+  pull_->archive(a);
   a.value("strain", status_.strain);
   a.value("node check", status_.node_check);
   a.value("motion", status_.motion);

@@ -1,5 +1,6 @@
 // Stages of a soft body in a frame.
 #include "tactus/frame/schedule.h"
+#include "tactus/sim/body/body_pull.h"
 #include "tactus/sim/body/body_steps.h"
 #include "tactus/sim/body/slab_points.h"
 #include "tactus/sim/body/soft_body.h"
@@ -32,6 +33,13 @@ void SoftBody::add_stages(Schedule& schedule, Readback& readback, ContactOnDevic
                                    at.substep, at.count);
                 }});
   if (points_->count() > 0) add_contact_stages(schedule, readback, world);
+  if (pull_->can_pull())
+    schedule.add({.name = stage("pull"),
+                  .timed_as = "bodies",
+                  .rate = Rate::substep,
+                  .devices = stage_devices(),
+                  .updates = {resources().nodes},
+                  .submit = [this, &schedule](BlockPlace at) { pull_->pull(at.substep, schedule.frame()); }});
   if (!steps_->nothing_acts())
     schedule.add({.name = stage("check nodes"),
                   .timed_as = "bodies",

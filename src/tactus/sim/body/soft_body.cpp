@@ -12,6 +12,7 @@
 #include "tactus/sim/body/body_measures.h"
 #include "tactus/sim/body/body_places.h"
 #include "tactus/sim/body/body_progress.h"
+#include "tactus/sim/body/body_pull.h"
 #include "tactus/sim/body/body_steps.h"
 #include "tactus/sim/body/cut_capacity.h"
 #include "tactus/sim/body/default_damping.h"
@@ -119,6 +120,7 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
   surface_ = std::make_unique<EmbeddedSurface>(devices.context(0), shape_.lattice, shape_.surface_m, 1.F,
                                                surface_capacity(shape_.lattice, shape_.surface_m));
   points_ = std::make_unique<SlabPoints>();
+  pull_ = std::make_unique<BodyPull>();
   measures_ = std::make_unique<BodyMeasures>(shape_, elements, *tissue_);
   places_ = std::make_unique<BodyPlaces>(description_, shape_, *tissue_, *points_);
   steps_ = std::make_unique<BodySteps>(description_, shape_, *tissue_, status_, *places_);
@@ -137,6 +139,7 @@ void SoftBody::make_points_and_cuts() {
   if (description_.contact) {
     boundary = body_boundary(shape_.lattice, shape_.surface_m, shape_.elements);
     *points_ = SlabPoints(*tissue_, shape_.lattice, *boundary, point_capacity(shape_.lattice));
+    *pull_ = BodyPull(*tissue_);
   }
   if (description_.cuttable)
     cuts_ = std::make_unique<BodyCuts>(

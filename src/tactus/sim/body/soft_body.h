@@ -14,6 +14,7 @@ namespace tactus {
 class BodyCuts;
 class BodyMeasures;
 class BodyPlaces;
+class BodyPull;
 class BodySolver;
 class BodySteps;
 class ContactOnDevices;
@@ -56,6 +57,8 @@ class SoftBody {
   /// Points of its surface that touch; none without contact.
   SlabPoints& points() { return *points_; }
   const SlabPoints& points() const { return *points_; }
+  /// The spring that may pull a body that touches.
+  BodyPull& spring() { return *pull_; }
   /// The seen surface, where recorded launches find it after each cut.
   const EmbeddedSurface& surface() const { return *surface_; }
   const BodyMeasures& measures() const { return *measures_; }
@@ -121,6 +124,7 @@ class SoftBody {
   std::unique_ptr<BodySolver> tissue_;
   std::unique_ptr<EmbeddedSurface> surface_;
   std::unique_ptr<SlabPoints> points_;
+  std::unique_ptr<BodyPull> pull_;
   std::unique_ptr<BodyMeasures> measures_;
   std::unique_ptr<BodyPlaces> places_;
   std::unique_ptr<BodySteps> steps_;

@@ -1,4 +1,4 @@
-// A tool of the scene (an obstacle with `held: true`) held by the mouse.
+// A tool of the scene (an obstacle or a blade with `held: true`) held by the mouse.
 import { ROLE } from './stream.js';
 
 export function addTools(THREE, run) {
@@ -28,7 +28,7 @@ export function addTools(THREE, run) {
   viewer.grab = (event) => {
     if (event.button !== 0 || event.shiftKey) return false;
     aim(event);
-    const tools = [...viewer.things.values()].filter((t) => t.role === ROLE.obstacle && setting.held.includes(t.name) && t.object.visible);
+    const tools = [...viewer.things.values()].filter((t) => [ROLE.obstacle, ROLE.blade].includes(t.role) && setting.held.includes(t.name) && t.object.visible);
     const hit = ray.intersectObjects(tools.map((t) => t.object), false)[0];
     const tool = hit && tools.find((t) => t.object === hit.object);
     if (!tool || !pose(tool.name)) return false;

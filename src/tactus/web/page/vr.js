@@ -60,7 +60,7 @@ function addHand(THREE, run, number) {
     return new THREE.Matrix4().copy(stage.matrixWorld).invert().multiply(controller.matrixWorld);
   };
   const toolNear = (T) => {
-    const at = new THREE.Vector3().setFromMatrixPosition(T), tools = [...viewer.things.values()].filter((t) => t.role === ROLE.obstacle && run.setting.held.includes(t.name));
+    const at = new THREE.Vector3().setFromMatrixPosition(T), tools = [...viewer.things.values()].filter((t) => [ROLE.obstacle, ROLE.blade].includes(t.role) && run.setting.held.includes(t.name));
     const distance = (t) => new THREE.Box3(new THREE.Vector3(...t.extent.min), new THREE.Vector3(...t.extent.max)).distanceToPoint(at);
     tools.sort((a, b) => distance(a) - distance(b));
     if (tools.length === 0) return null;

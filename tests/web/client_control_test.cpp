@@ -1,6 +1,5 @@
-/// What viewers may do with a run, and the texts that they send.
-#include "tactus/web/run_control.h"
-#include "tactus/rig/live_address.h"
+/// What viewers may ask of a run, and the texts that they send.
+#include "tactus/web/client_control.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +7,7 @@
 
 #include "support/message_of.h"
 #include "tactus/base/error.h"
+#include "tactus/rig/live_address.h"
 #include "tactus/web/viewer_checks.h"
 #include "tactus/web/web_server.h"
 
@@ -16,18 +16,11 @@ namespace {
 
 using test::message_of;
 
-RunControl::Options open_to_all() {
-  RunControl::Options options;
+ClientControl::Options open_to_all() {
+  ClientControl::Options options;
   options.is_allowed = true;
-  options.keeps_pace = false;
   options.held = {"ball"};
   return options;
-}
-
-/// Whether a frame may begin before `should_stop` was asked so often.
-bool may_begin(RunControl& control, int asked = 3) {
-  int left = asked;
-  return !control.wait_for_turn([&] { return left-- == 0; });
 }
 
 TEST(ClientMessage, ReadsAPose) {
@@ -68,91 +61,53 @@ TEST(ClientMessage, RefusesWhatItCannotUse) {
   EXPECT_NE(refused(std::string(4000, '[')), "") << "deep nesting";
 }
 
-TEST(RunControl, WaitsForAViewerThenRuns) {
-  int viewers = 0;
-  RunControl::Options options = open_to_all();
-  options.has_viewers = [&] { return viewers > 0; };
-  options.waits_for_viewer = true;
-  RunControl control(std::move(options));
-  EXPECT_FALSE(may_begin(control));
-  EXPECT_EQ(control.state(), "waiting");
-  viewers = 1;
-  EXPECT_TRUE(may_begin(control));
-  EXPECT_EQ(control.state(), "running");
-  viewers = 0;
-  EXPECT_TRUE(may_begin(control)) << "it goes on without them";
-}
-
-TEST(RunControl, APauseEndsWhenTheLastViewerLeft) {
-  int viewers = 1;
-  RunControl::Options options = open_to_all();
-  options.has_viewers = [&] { return viewers > 0; };
-  RunControl control(std::move(options));
-  EXPECT_TRUE(may_begin(control));
+TEST(ClientControl, PausesStepsAndRuns) {
+  RunControl run;
+  ClientControl control(open_to_all(), run);
   EXPECT_EQ(control.handle(R"({"do":"pause"})"), "");
-  EXPECT_FALSE(may_begin(control));
-  viewers = 0;
-  EXPECT_TRUE(may_begin(control));
-  EXPECT_EQ(control.state(), "running");
-}
-
-TEST(RunControl, PausesStepsAndRuns) {
-  std::vector<std::string> states;
-  RunControl::Options options = open_to_all();
-  RunControl* self = nullptr;
-  options.state_changed = [&] { states.push_back(self->state()); };
-  RunControl control(std::move(options));
-  self = &control;
-  EXPECT_TRUE(may_begin(control));
-  EXPECT_EQ(control.handle(R"({"do":"pause"})"), "");
-  EXPECT_FALSE(may_begin(control));
+  EXPECT_EQ(run.state(), RunControl::State::paused);
   EXPECT_EQ(control.handle(R"({"do":"step"})"), "");
-  EXPECT_EQ(control.handle(R"({"do":"step"})"), "");
-  EXPECT_TRUE(may_begin(control));
-  EXPECT_TRUE(may_begin(control));
-  EXPECT_FALSE(may_begin(control)) << "two steps were asked for";
+  EXPECT_EQ(run.wait_for_turn(), RunControl::Turn::go) << "one step";
+  EXPECT_EQ(run.wait_for_turn(false, [] { return true; }), RunControl::Turn::stop) << "and no other";
   EXPECT_EQ(control.handle(R"({"do":"run"})"), "");
-  EXPECT_TRUE(may_begin(control));
-  control.end();
-  EXPECT_EQ(states, (std::vector<std::string>{"running", "paused", "running", "ended"}));
+  EXPECT_EQ(run.state(), RunControl::State::running);
 }
 
-TEST(RunControl, ViewersMayOnlyLookUnlessTheyAreLet) {
-  RunControl::Options options = open_to_all();
+TEST(ClientControl, ViewersMayOnlyLookUnlessTheyAreLet) {
+  ClientControl::Options options = open_to_all();
   options.is_allowed = false;
-  RunControl control(std::move(options));
-  EXPECT_TRUE(may_begin(control));
+  RunControl run;
+  ClientControl control(std::move(options), run);
   EXPECT_NE(control.handle(R"({"do":"pause"})").find("--web-control"), std::string::npos);
-  EXPECT_TRUE(may_begin(control));
+  EXPECT_NE(run.state(), RunControl::State::paused);
 }
 
-TEST(RunControl, MovesOnlyWhatIsHeld) {
-  RunControl control(open_to_all());
+TEST(ClientControl, MovesOnlyWhatIsHeld) {
+  RunControl run;
+  ClientControl control(open_to_all(), run);
   const std::string there = R"("position_m":[0,0,0],"quaternion":[0,0,0,1]})";
   EXPECT_EQ(control.handle(R"({"do":"pose","obstacle":"ball",)" + there), "");
+  EXPECT_TRUE(run.asked_pose("ball").has_value());
   const std::string error = control.handle(R"({"do":"pose","obstacle":"bal",)" + there);
   EXPECT_NE(error.find("did you mean 'ball'"), std::string::npos) << error;
+  EXPECT_FALSE(run.asked_pose("bal").has_value());
 }
 
-TEST(RunControl, SetsParametersInTheirRange) {
-  RunControl::Options options = open_to_all();
+TEST(ClientControl, SetsParametersInTheirRange) {
+  ClientControl::Options options = open_to_all();
   SceneParameter friction;
   friction.name = "contact.friction";
   friction.most = 10;
   options.parameters = {friction};
-  RunControl control(std::move(options));
+  RunControl run;
+  ClientControl control(std::move(options), run);
   EXPECT_EQ(control.handle(R"({"do":"set","parameter":"contact.friction","value":0.1})"), "");
+  EXPECT_EQ(run.pending_parameters().at("contact.friction"), 0.1);
   EXPECT_NE(control.handle(R"({"do":"set","parameter":"contact.friction","value":-1})").find(">= 0"),
             std::string::npos);
   const std::string error = control.handle(R"({"do":"set","parameter":"contact.frictio","value":1})");
   EXPECT_NE(error.find("did you mean 'contact.friction'"), std::string::npos) << error;
-}
-
-TEST(RunControl, StopsWhileItWaits) {
-  RunControl control(open_to_all());
-  EXPECT_TRUE(may_begin(control));
-  control.handle(R"({"do":"pause"})");
-  EXPECT_TRUE(control.wait_for_turn([] { return true; }));
+  EXPECT_EQ(run.pending_parameters().at("contact.friction"), 0.1);
 }
 
 TEST(WebAddress, IsReadOrRefusedByName) {
