@@ -58,7 +58,7 @@ class World {
   /// @throws usage Error for a body that isn't in the scene or has `contact: false`, a point that is not near
   /// its surface, and settings that are not positive.
   void set_grab(const std::optional<Grab>& grab);
-  /// What may change while it runs: gravity, friction, stiffness, drag, bleeding.
+  /// Numbers of the scene that may change while it runs: gravity, friction, stiffness, and so on.
   SceneParameters& parameters();
   /// From the next frame on, contacts() has those of this body. @throws usage Error for a body that isn't in
   /// the scene, with those that are.
@@ -73,7 +73,7 @@ class World {
   /// Copies everything that is to be seen to the host. Synchronizes. The first call after a frame with live
   /// images counts as showing them, for their latency.
   FrameSnapshot snapshot();
-  /// What the scene's probes read, in its order. Synchronizes.
+  /// Readings of the scene's probes, in its order. Synchronizes.
   std::vector<ProbeReading> probes();
   /// Nodes of a body. Synchronizes. @throws usage Error for a body that isn't in the scene, with those that
   /// are.

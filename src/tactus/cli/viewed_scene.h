@@ -9,7 +9,7 @@ namespace tactus {
 
 struct ViewedScene {
   Scene scene;
-  std::vector<std::string> tools;  ///< names of what the mouse may hold, the one in the hand first
+  std::vector<std::string> tools;  ///< that the mouse may hold, by name; the one in the hand first
 };
 
 /// Reads a scene file, or a recording or a rig file: then there are no bodies. Scenes that nothing ends go on

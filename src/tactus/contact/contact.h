@@ -61,7 +61,7 @@ class Contact {
   void set_response(float friction, float restitution);
   /// After 1, 2, .. substeps of this frame.
   View<const SurfacePoses> poses() const { return poses_.const_view().part(first_pose_, kMostSubsteps); }
-  /// Of the frame that began last.
+  /// The frame that began last.
   ContactFrame frame() const { return frame_; }
   /// Something that may be touched came or went: searches of the frame before are void in the next one.
   void invalidate() { is_changed_ = true; }

@@ -18,7 +18,7 @@ constexpr int kMostRounds = 4;
 
 float wetness(float film_m) { return clamp(film_m / kWet_m, 0.F, 1.F); }
 
-/// Bounds of what is wet or stained; empty (min > max) where all is dry.
+/// Bounds of all wet or stained vertices; empty (min > max) where all is dry.
 Box3f wet_box(const TriangleMesh& surface, const ViewFilm& film) {
   Box3f box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
   for (std::size_t v = 0; v < film.film_m.size(); ++v)
@@ -43,7 +43,7 @@ float mean_edge_m(const TriangleMesh& surface, const Box3f& box) {
   return count > 0 ? static_cast<float>(sum / count) : 0;
 }
 
-/// Averages of what lies at vertices.
+/// Averages of heights and stains at vertices.
 class FilmField {
  public:
   FilmField(const TriangleMesh& surface, const ViewFilm& film, float reach_m, const Box3f& box)

@@ -9,7 +9,7 @@
 
 namespace tactus {
 
-/// What lies at each vertex of a surface becomes heights that change smoothly over it, and a smooth edge:
+/// Film and stain at each vertex of a surface become heights that change smoothly over it, and a smooth edge:
 /// where the share of wet surface around falls to a value. Triangles become finer along that edge. Volume
 /// isn't exact here: this is for the eye alone.
 /// @param surface with normals; gets more vertices and triangles @param is_crease as refine_edges() has it

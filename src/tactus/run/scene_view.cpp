@@ -143,7 +143,7 @@ void smooth_skin_of(TriangleMesh& surface, const FrameSnapshot& snapshot, std::s
 
 }  // namespace
 
-/// A body's surface, and what lies on it.
+/// A body's surface, with the film on it.
 ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   Material material = soft_material();
   material.color = vec_cast<float>(scene_.bodies[b].colour);

@@ -4,7 +4,7 @@ namespace tactus {
 namespace {
 
 constexpr int kPasses = 4;
-constexpr float kIn = 0.5F, kOut = -0.52F;  // passes what is longer than some ten edges
+constexpr float kIn = 0.5F, kOut = -0.52F;  // waves longer than some ten edges pass
 
 }  // namespace
 

@@ -192,7 +192,7 @@ void GlMesh::upload(const ViewMesh& view) {
   index_count = device ? 3 * device->triangles.size() : static_cast<GLsizei>(3 * mesh.triangles.size());
 }
 
-/// What lies on it, and the flesh below.
+/// The film on it, and the flesh below.
 void GlMesh::upload_tissue(const ViewMesh& view) {
   film_m.clear();
   if (view.film)

@@ -166,7 +166,7 @@ void main() {
   vec3 n = normalize(cross(slope(at, ivec2(1, 0), w, p), slope(at, ivec2(0, 1), w, p)));
   vec3 ray = ray_at(at);
   float deep_m = texelFetch(thickness, at, 0).r, layers = deep_m / spacing_m;
-  // What is thin is balls of the particles' volume, or caps.
+  // Thin liquid is balls of the particles' volume, or caps.
   float facing_m = max(-dot(n, normalize(ray)), 0.3);
   float z = 1.0 / w + smoothstep(0.8, 2.0, layers) * lift_m / facing_m / length(ray);
   p = ray * z;

@@ -10,7 +10,7 @@
 
 namespace tactus {
 
-/// The origins of what refine_edges() made.
+/// The origins of the vertices that refine_edges() made.
 struct EdgeRefinement {
   std::vector<std::array<Index, 2>> ends;  ///< of each new vertex, in their order: the edge that it halves
   std::vector<Index> parent;               ///< per triangle: the old one that it is a part of

@@ -31,7 +31,7 @@ void add_samples(const std::array<Vec3f, 3>& x_m, const std::array<Index, 3>& co
 
 SurfaceSamples::SurfaceSamples(const TriangleMesh& mesh, float reach_m, const Box3f& box_m)
     : reach_m_(reach_m), cell_m_(0.5F * reach_m) {
-  constexpr float kFinest = 0.4F;  // sides of what a sample stands for, over the reach
+  constexpr float kFinest = 0.4F;  // sides of a sample's area, over the reach
   constexpr int kMostAlong = 12;
   constexpr float kMostCells = 96;  // along an axis
   std::vector<Sample> all;

@@ -4,6 +4,8 @@
 #include <map>
 #include <numeric>
 
+#include "tactus/tissue/boundary/pull_kernels.h"
+
 namespace tactus {
 namespace {
 

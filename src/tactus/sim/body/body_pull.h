@@ -6,7 +6,7 @@
 #include "tactus/frame/frame_on_devices.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/sim/body/body_point.h"
-#include "tactus/tissue/boundary/pull_kernels.h"
+#include "tactus/tissue/boundary/boundary_data.h"
 #include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {

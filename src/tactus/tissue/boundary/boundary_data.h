@@ -1,5 +1,5 @@
 #pragma once
-/// Values of motions and loads on the device.
+/// Values of motions, loads and springs on the device.
 #include "tactus/tissue/embedding.h"
 
 namespace tactus::boundary {
@@ -48,6 +48,21 @@ struct LoadedCube {
 struct LoadShare {
   Index part = 0;  ///< of the loaded cubes
   float weight = 0;
+};
+
+/// A spring that pulls on some nodes.
+struct Pull {
+  Vec3f target_m;           ///< world
+  float stiffness_N_m = 0;  ///< of all nodes together
+  float max_force_N = 0;    ///< likewise
+  Index nodes = 0;          ///< 0: nothing is pulled
+};
+
+/// A node's share of the spring: it ends at target + offset.
+struct PulledNode {
+  Index place = 0;  ///< of the node on this device
+  float weight = 0, inverse_mass_per_kg = 0;
+  Vec3f offset_m;
 };
 
 }  // namespace tactus::boundary

@@ -3,22 +3,9 @@
 #include "tactus/frame/frame_params.h"
 #include "tactus/geom/arrays/vector_fields.h"
 #include "tactus/geom/maths/held_axes.h"
+#include "tactus/tissue/boundary/boundary_data.h"
 
 namespace tactus::boundary {
-
-struct Pull {
-  Vec3f target_m;           ///< world
-  float stiffness_N_m = 0;  ///< of all nodes together
-  float max_force_N = 0;    ///< likewise
-  Index nodes = 0;          ///< 0: nothing is pulled
-};
-
-/// A node's share of the spring: it ends at target + offset.
-struct PulledNode {
-  Index place = 0;  ///< of the node on this device
-  float weight = 0, inverse_mass_per_kg = 0;
-  Vec3f offset_m;
-};
 
 /// After a substep, the spring of each node gives it the impulse of the force that the spring has where the
 /// node is then (implicit Euler). A node never goes beyond the spring's end by that, whatever the stiffness.
