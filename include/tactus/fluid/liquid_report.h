@@ -1,11 +1,12 @@
 #pragma once
-/// Results of a liquid: its ledgers, its forces, and its film on bodies.
+/// Results of a liquid: its ledgers, its forces, and its films.
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "tactus/base/math.h"
 #include "tactus/base/vec.h"
+#include "tactus/geom/mesh/mesh.h"
 
 namespace tactus {
 
@@ -64,10 +65,17 @@ struct SceneFilmReport {
   std::uint64_t taken = 0, given = 0;  ///< particles, since the beginning; in LiquidReport, too
 };
 
-/// Thickness of film and stain at each vertex of a body's surface: the volume over a third of the area of its
+/// Thickness of film and stain at each vertex of a surface: the volume over a third of the area of its
 /// triangles.
 struct FilmThickness {
   std::vector<float> film_m, stain_m;
+};
+
+/// The part of an obstacle's surface on which a film or a stain lies, and two rings of triangles more.
+struct WetObstacle {
+  std::string name;
+  TriangleMesh mesh;  ///< world; has normals, which are smooth over edges, too
+  FilmThickness film;
 };
 
 }  // namespace tactus

@@ -101,15 +101,16 @@ struct CutWalls {
 
 /// Meshes for viewers and exporters: owns its data, never the world's.
 struct FrameSnapshot {
-  TriangleMesh real;                    ///< the reconstructed surface, with normals
-  std::vector<TriangleMesh> bodies;     ///< in the scene's order
-  std::vector<Index> smooth;            ///< per body: so many of its first vertices are at no crease
-  std::vector<TriangleMesh> obstacles;  ///< those that move, in the scene's order
-  std::vector<TriangleMesh> blades;     ///< held ones, as in the scene; then tracked ones; then others
-  std::vector<ToolAxis> tools;          ///< tracked ones that were found
-  std::vector<Vec3f> liquid_m;          ///< its particles, by id
-  std::vector<FilmThickness> films;     ///< on the bodies, in their order; none where there is no film
-  std::vector<CutWalls> cut_walls;      ///< of the bodies, in their order
+  TriangleMesh real;                       ///< the reconstructed surface, with normals
+  std::vector<TriangleMesh> bodies;        ///< in the scene's order
+  std::vector<Index> smooth;               ///< per body: so many of its first vertices are at no crease
+  std::vector<TriangleMesh> obstacles;     ///< those that move, in the scene's order
+  std::vector<TriangleMesh> blades;        ///< held ones, as in the scene; then tracked ones; then others
+  std::vector<ToolAxis> tools;             ///< tracked ones that were found
+  std::vector<Vec3f> liquid_m;             ///< its particles, by id
+  std::vector<FilmThickness> films;        ///< on the bodies, in their order; none where there is no film
+  std::vector<WetObstacle> wet_obstacles;  ///< those on which a film or stain lies
+  std::vector<CutWalls> cut_walls;         ///< of the bodies, in their order
   ViewAngles view;
   std::int64_t tick = 0;  ///< of the images
   double captured_s = 0;  ///< when those came, on the clock of now_s()

@@ -112,10 +112,9 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
                  "of what falls through the box, faster by what it begins with");
   v.choice<std::optional<bool>>(
       {"film",
-       "whether liquid that touches a body slowly becomes a film on it, which flows, follows cuts, and drips "
-       "where it is thick; not for bodies in a pool, whose liquid it would soak up; `auto`: where a body "
-       "bleeds, "
-       "the solver is dfsph and 'surface_tension_n_m' is > 0"},
+       "whether liquid that touches a body or an obstacle slowly becomes a film on it, which flows, follows "
+       "cuts and obstacles that move, and drips where it is thick; not in a pool, whose liquid it would soak "
+       "up; `auto`: where a body bleeds, the solver is dfsph and 'surface_tension_n_m' is > 0"},
       f.film, {{"auto", std::nullopt}, {"true", true}, {"false", false}});
   v.real({"film_drying_m_s",
           "by which a film gets thinner; what dries stays as a stain. Water in still air 3e-8, under a lamp "

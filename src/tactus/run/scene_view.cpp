@@ -8,6 +8,7 @@
 #include "tactus/run/film_look.h"
 #include "tactus/run/skin_look.h"
 #include "tactus/run/wall_look.h"
+#include "tactus/run/wet_patch.h"
 #include "tactus/sim/still_obstacles.h"
 #include "tactus/tissue/embedded_surface.h"
 #include "tactus/track/blade_tracker.h"
@@ -143,7 +144,11 @@ void smooth_skin_of(TriangleMesh& surface, const FrameSnapshot& snapshot, std::s
 
 }  // namespace
 
-/// A body's surface, with the film on it.
+ViewLiquid SceneView::liquid_look() const {
+  return scene_.fluid->looks == LiquidLooks::water ? water() : blood();
+}
+
+/// A body's surface, and the film on it.
 ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   Material material = soft_material();
   material.color = vec_cast<float>(scene_.bodies[b].colour);
@@ -160,7 +165,7 @@ ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   is_crease.resize(surface.positions_m.size(), 1);
   for (const Index v : origins) is_crease[static_cast<std::size_t>(v)] = 1;
   if (b >= snapshot.films.size() || snapshot.films[b].film_m.empty()) return view;
-  const ViewLiquid liquid = scene_.fluid->looks == LiquidLooks::water ? water() : blood();
+  const ViewLiquid liquid = liquid_look();
   ViewFilm& film = view.film.emplace();
   film.scattered = liquid.scattered;
   film.absorption_1_m = liquid.absorption_1_m;
@@ -182,6 +187,30 @@ void SceneView::turn_to(const ViewAngles& angles) {
   view.camera.elevation_deg = angles.elevation_deg;
   view.camera.field_of_view_deg = angles.field_of_view_deg;
   camera_ = view_camera(view, box_m_);
+}
+
+/// Above the obstacle itself.
+void SceneView::show_film(WetObstacle wet) {
+  ViewMesh view{"film on " + wet.name, std::move(wet.mesh), obstacle_material()};
+  const ViewLiquid liquid = liquid_look();
+  ViewFilm& film = view.film.emplace();
+  film.scattered = liquid.scattered;
+  film.absorption_1_m = liquid.absorption_1_m;
+  film.film_m = std::move(wet.film.film_m);
+  film.stain_m = std::move(wet.film.stain_m);
+  const std::vector<Index> origins = split_creases(view.mesh);
+  std::vector<std::uint8_t> is_crease(view.mesh.positions_m.size());
+  std::fill(is_crease.end() - static_cast<std::ptrdiff_t>(origins.size()), is_crease.end(), std::uint8_t{1});
+  for (const Index v : origins) {
+    is_crease[static_cast<std::size_t>(v)] = 1;
+    film.film_m.push_back(film.film_m[static_cast<std::size_t>(v)]);
+    film.stain_m.push_back(film.stain_m[static_cast<std::size_t>(v)]);
+  }
+  lay_film(view.mesh, is_crease, film, [](const EdgeRefinement&) {});
+  keep_wet(view.mesh, film);
+  if (view.mesh.triangles.empty()) return;
+  view.casts_shadow = false;
+  view_.meshes.push_back(std::move(view));
 }
 
 void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& photos) {
@@ -208,6 +237,7 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
   }
   for (TriangleMesh& obstacle : snapshot.obstacles)
     view_.meshes.push_back({"obstacle", std::move(obstacle), obstacle_material()});
+  for (WetObstacle& wet : snapshot.wet_obstacles) show_film(std::move(wet));
   for (TriangleMesh& blade : snapshot.blades)
     view_.meshes.push_back({"blade", std::move(blade), steel_material()});
   for (const ToolAxis& tool : snapshot.tools) add_tool_axis(view_, tool);

@@ -30,6 +30,8 @@ class SceneView {
  private:
   void turn_to(const ViewAngles& angles);
   ViewMesh body_mesh(FrameSnapshot& snapshot, std::size_t b) const;
+  ViewLiquid liquid_look() const;
+  void show_film(WetObstacle wet);
   const Scene scene_;
   Box3f box_m_;        ///< of all that there is at rest
   ViewAngles angles_;  ///< of camera_

@@ -31,10 +31,12 @@ float puddle_gravity_m_s2(Vec3d gravity_m_s2) {
 
 bool has_film(const Scene& scene) {
   const auto any = [&](const auto& is) { return std::any_of(scene.bodies.begin(), scene.bodies.end(), is); };
-  if (!scene.fluid || !any([](const BodyDescription& b) { return b.contact; })) return false;
+  const bool is_touched = any([](const BodyDescription& b) { return b.contact; });
+  if (!scene.fluid) return false;
   const LiquidDescription& f = *scene.fluid;
-  return f.film.value_or(f.solver == LiquidModel::dfsph && f.surface_tension_n_m > 0 &&
-                         any([](const BodyDescription& b) { return b.bleeding.has_value(); }));
+  if (f.film) return *f.film && (is_touched || !scene.obstacles.empty());
+  return is_touched && f.solver == LiquidModel::dfsph && f.surface_tension_n_m > 0 &&
+         any([](const BodyDescription& b) { return b.bleeding.has_value(); });
 }
 
 SceneFilm::SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid)
@@ -43,34 +45,52 @@ SceneFilm::SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid)
       gravity_m_s2_(puddle_gravity_m_s2(scene.gravity_m_s2)),
       drying_m_s_(static_cast<float>(scene.fluid->film_drying_m_s)) {}
 
-FilmSurface SceneFilm::surface_of(const SoftBody& body) {
-  const EmbeddedSurface& s = body.surface();
+FilmSurface SceneFilm::surface_of(const SoftBody* body) const {
+  if (body == nullptr) return obstacles_->surface();
+  const EmbeddedSurface& s = body->surface();
   return {s.vertices(),      s.all_triangles(),     s.position_buffer_m(),
           s.corner_buffer(), s.incident().ranges(), s.incident().values()};
 }
 
-void SceneFilm::add_body(SoftBody& body) {
+SceneFilm::Coat& SceneFilm::add_coat(const FilmSurface& surface, Index most_incident, float reach_m,
+                                     Index vertices) {
   const LiquidSettings& liquid = liquid_.settings();
-  const FilmSurface surface = surface_of(body);
   Coat& coat = coats_.emplace_back();
-  coat.body = &body;
-  coat.vertices = body.surface().vertex_count();
+  coat.vertices = vertices;
   coat.film = std::make_unique<Film>(ctx_,
                                      FilmSettings{.density_kg_m3 = liquid.density_kg_m3,
                                                   .viscosity_Pa_s = std::max(liquid.viscosity_Pa_s, 1e-6F),
                                                   .surface_tension_N_m = liquid.surface_tension_N_m,
                                                   .contact_angle_deg = liquid.contact_angle_deg,
                                                   .drying_m_s = drying_m_s_},
-                                     surface.vertices.capacity, surface.triangles.capacity,
-                                     body.surface().incident().capacity());
-  coat.exchange =
-      std::make_unique<FilmExchange>(ctx_,
-                                     FilmExchangeSettings{.spacing_m = liquid.spacing_m,
-                                                          .gravity_m_s2 = gravity_m_s2_,
-                                                          .reach_m = reach_m(body, liquid.spacing_m),
-                                                          .max_particles = liquid.max_particles},
-                                     *coat.film);
-  coat.exchange->add_vertices(ctx_, surface, 0, coat.vertices);
+                                     surface.vertices.capacity, surface.triangles.capacity, most_incident);
+  coat.exchange = std::make_unique<FilmExchange>(ctx_,
+                                                 FilmExchangeSettings{.spacing_m = liquid.spacing_m,
+                                                                      .gravity_m_s2 = gravity_m_s2_,
+                                                                      .reach_m = reach_m,
+                                                                      .max_particles = liquid.max_particles},
+                                                 *coat.film);
+  coat.exchange->add_vertices(ctx_, surface, 0, vertices);
+  return coat;
+}
+
+void SceneFilm::add_body(SoftBody& body) {
+  const EmbeddedSurface& s = body.surface();
+  add_coat(surface_of(&body), s.incident().capacity(), reach_m(body, liquid_.settings().spacing_m),
+           s.vertex_count())
+      .body = &body;
+}
+
+void SceneFilm::add_obstacles(std::span<const ObstacleDescription> obstacles, std::vector<Notice>& notices) {
+  const LiquidSettings& liquid = liquid_.settings();
+  obstacles_ = std::make_unique<FilmObstacles>(ctx_, obstacles, liquid.box_m, liquid.spacing_m, notices);
+  if (obstacles_->empty()) return;
+  add_coat(obstacles_->surface(), obstacles_->surface().incident.size(),
+           liquid.spacing_m + obstacles_->edge_m(), obstacles_->vertex_count());
+}
+
+void SceneFilm::place_obstacles(std::span<const Rigidd> T_world) {
+  if (obstacles_) obstacles_->place(ctx_, T_world);
 }
 
 void SceneFilm::set_gravity(Vec3d gravity_m_s2) {
@@ -87,7 +107,7 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
                 for (Coat& coat : coats_) run(coat, frame.view(0));
               }};
   for (Coat& coat : coats_) {
-    stage.reads_last.push_back(coat.body->resources().surface);
+    if (coat.body != nullptr) stage.reads_last.push_back(coat.body->resources().surface);
     coat.sums = readback.add(coat.film->sums());
     coat.ledger = readback.add(coat.exchange->ledger());
   }
@@ -95,10 +115,11 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
 }
 
 void SceneFilm::run(Coat& coat, View<const FrameParams> frame) {
-  const FilmSurface surface = surface_of(*coat.body);
+  const FilmSurface surface = surface_of(coat.body);
+  const View<const Vec3f> normals =
+      coat.body != nullptr ? coat.body->surface().normal_buffer() : obstacles_->normals();
   coat.film->step(ctx_, surface, frame);
-  coat.exchange->run(ctx_, *coat.film, surface, coat.body->surface().normal_buffer(), frame, liquid_.search(),
-                     liquid_.arrivals());
+  coat.exchange->run(ctx_, *coat.film, surface, normals, frame, liquid_.search(), liquid_.arrivals());
   coat.film->sum(ctx_, surface.vertices);
 }
 
@@ -125,17 +146,17 @@ void SceneFilm::follow_cut(const SoftBody& body) {
     moves.push_back({from, to});
   coat->film->move(ctx_, moves);
   const Index vertices = body.surface().vertex_count();
-  coat->exchange->add_vertices(ctx_, surface_of(body), coat->vertices, vertices);
+  coat->exchange->add_vertices(ctx_, surface_of(&body), coat->vertices, vertices);
   coat->vertices = vertices;
   ctx_.synchronize();
 }
 
 void SceneFilm::archive(StateArchive& a) {
   for (Coat& coat : coats_) {
-    a.set_owner("film on body '" + coat.body->name() + "'");
+    a.set_owner(coat.body != nullptr ? "film on body '" + coat.body->name() + "'" : "film on obstacles");
     coat.film->archive(ctx_, a);
     coat.exchange->archive(ctx_, a);
-    if (a.reads()) coat.body->update_surface(ctx_);
+    if (a.reads() && coat.body != nullptr) coat.body->update_surface(ctx_);
   }
 }
 
@@ -143,25 +164,30 @@ FilmThickness SceneFilm::thickness(const SoftBody& body, const TriangleMesh& sur
   const auto coat =
       std::find_if(coats_.begin(), coats_.end(), [&](const Coat& c) { return c.body == &body; });
   if (coat == coats_.end()) return {};
-  const auto n = surface.positions_m.size();
-  std::vector<float> third_m2(n);
-  for (const auto& t : surface.triangles) {
-    const auto x = [&](int k) {
-      return surface.positions_m[static_cast<std::size_t>(t.at(static_cast<std::size_t>(k)))];
-    };
-    const float area_m2 = length(cross(x(1) - x(0), x(2) - x(0))) / 6;
-    for (const Index v : t) third_m2[static_cast<std::size_t>(v)] += area_m2;
-  }
-  const auto over_area = [&](const std::vector<std::int64_t>& units) {
-    std::vector<float> all(n);
-    for (std::size_t v = 0; v < n; ++v)
-      if (third_m2[v] > 0) all[v] = kFilmUnit_m3 * static_cast<float>(units[v]) / third_m2[v];
-    return all;
-  };
-  const auto count = static_cast<Index>(n);
+  const auto count = static_cast<Index>(surface.positions_m.size());
   const Film& film = *coat->film;
-  return {over_area(to_host(ctx_, film.volumes().part(0, count))),
-          over_area(to_host(ctx_, film.stains().part(0, count)))};
+  return film_thickness(surface.positions_m, surface.triangles, to_host(ctx_, film.volumes().part(0, count)),
+                        to_host(ctx_, film.stains().part(0, count)));
+}
+
+std::vector<WetObstacle> SceneFilm::wet_obstacles(std::span<const Rigidd> T_world) const {
+  std::vector<WetObstacle> all;
+  if (!obstacles_ || obstacles_->empty()) return all;
+  const Film& film = *coats_.back().film;
+  for (const FilmObstacles::Part& part : obstacles_->parts()) {
+    const auto of_part = [&](const View<const std::int64_t>& units) {
+      return to_host(ctx_, units.part(part.first, static_cast<Index>(part.vertices.size())));
+    };
+    WetObstacle wet = part.where_wet(of_part(film.volumes()), of_part(film.stains()));
+    if (wet.mesh.triangles.empty()) continue;
+    if (part.moving >= 0) {
+      const Rigidd& T = T_world[static_cast<std::size_t>(part.moving)];
+      for (Vec3f& p : wet.mesh.positions_m) p = vec_cast<float>(T * vec_cast<double>(p));
+      for (Vec3f& n : wet.mesh.normals) n = vec_cast<float>(T.R * vec_cast<double>(n));
+    }
+    all.push_back(std::move(wet));
+  }
+  return all;
 }
 
 }  // namespace tactus

@@ -1,5 +1,5 @@
 #pragma once
-/// The films of a scene's liquid on its bodies, in the frame.
+/// The films of a scene's liquid on its bodies and obstacles, in the frame.
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,21 +10,26 @@
 #include "tactus/frame/readback.h"
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/body/soft_body.h"
+#include "tactus/sim/film_obstacles.h"
 
 namespace tactus {
 
-/// Whether the scene's liquid makes a film on its bodies: where the scene says so, or leaves it open and a
-/// body bleeds, with DFSPH and surface tension that holds the film's edge.
+/// Whether the scene's liquid makes a film on bodies and obstacles: where the scene says so, or leaves it
+/// open and a body bleeds, with DFSPH and surface tension that holds the film's edge.
 bool has_film(const Scene& scene);
 
-/// Owns a film on each body that it is given, on the first device. Once a frame, before its substeps, a film
-/// flows on the body's surface as the last frame left it; then particles and film exchange. Cuts come between
-/// frames.
+/// Owns a film on each body that it is given, and one on obstacles, on the first device. Once a frame, before
+/// its substeps, a film flows on the body's surface as the last frame left it; then particles and film
+/// exchange. Cuts come between frames.
 class SceneFilm {
  public:
   SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid);
   /// Its walls stop the liquid, too. Both must outlive the schedule's runs.
   void add_body(SoftBody& body);
+  /// @param notices for those that are too large
+  void add_obstacles(std::span<const ObstacleDescription> obstacles, std::vector<Notice>& notices);
+  /// Before a frame. @param T_world of the obstacles that move, at the end of the last frame
+  void place_obstacles(std::span<const Rigidd> T_world);
   /// Between frames. A recorded frame must be recorded anew.
   void set_gravity(Vec3d gravity_m_s2);
   /// Before those of wounds and of the liquid.
@@ -37,22 +42,27 @@ class SceneFilm {
 
   /// The film and stain on a body. Synchronizes. @param surface of the body now
   FilmThickness thickness(const SoftBody& body, const TriangleMesh& surface) const;
+  /// Obstacles on which something lies. Synchronizes. @param T_world of those that move, now
+  std::vector<WetObstacle> wet_obstacles(std::span<const Rigidd> T_world) const;
 
  private:
   struct Coat {
-    SoftBody* body;
+    SoftBody* body = nullptr;  ///< nullptr: obstacles
     std::unique_ptr<Film> film;
     std::unique_ptr<FilmExchange> exchange;
     Readback::Place sums, ledger;
-    Index vertices;  ///< of the surface, at the last cut
+    Index vertices = 0;  ///< of the surface, at the last cut
   };
-  static FilmSurface surface_of(const SoftBody& body);
+  /// Of a body, or of the obstacles.
+  FilmSurface surface_of(const SoftBody* body) const;
+  Coat& add_coat(const FilmSurface& surface, Index most_incident, float reach_m, Index vertices);
   void run(Coat& coat, View<const FrameParams> frame);
 
   ExecContext& ctx_;
   Liquid& liquid_;
   float gravity_m_s2_, drying_m_s_;
   std::vector<Coat> coats_;
+  std::unique_ptr<FilmObstacles> obstacles_;  ///< those of the coat without a body
 };
 
 }  // namespace tactus

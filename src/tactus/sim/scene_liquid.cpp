@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "tactus/base/error.h"
-#include "tactus/geom/mesh/point_in_mesh.h"
 #include "tactus/sim/body/body_cuts.h"
 #include "tactus/sim/body/cut_capacity.h"
 #include "tactus/sim/body/slab_points.h"
@@ -69,48 +68,6 @@ LiquidSettings settings_of(const Scene& scene) {
 
 }  // namespace
 
-/// Bodies and obstacles that stand where particles are to be placed.
-class SceneLiquid::Solids {
- public:
-  Solids(const std::vector<std::unique_ptr<SoftBody>>& bodies, std::span<const ObstacleDescription> obstacles)
-      : obstacles_(obstacles) {
-    for (const auto& body : bodies) add(body->shape().surface_m, body->description().shape.fill, {});
-    for (const ObstacleDescription& o : obstacles)
-      if (o.kind == ObstacleKind::mesh) add(o.mesh, MeshFill::closed, inverse(o.T_world_obstacle));
-  }
-  /// Whether x lies in something, or nearer than `least_m` to its surface.
-  bool hold(Vec3f x, float least_m) const {
-    for (const Solid& s : meshes_) {
-      const Vec3f p = s.T_mesh_world * x, out = max(s.low - p, p - s.high);
-      if (std::max({out.x, out.y, out.z}) < least_m && s.query->signed_distance_m(p) < least_m) return true;
-    }
-    for (const ObstacleDescription& o : obstacles_) {
-      const Vec3f p = inverse(o.T_world_obstacle) * x;
-      if (o.kind == ObstacleKind::plane && p.y < least_m) return true;
-      if (o.kind != ObstacleKind::box) continue;
-      const Vec3f out = Vec3f{std::abs(p.x), std::abs(p.y), std::abs(p.z)} - o.half_m;
-      if (std::max({out.x, out.y, out.z}) < least_m) return true;
-    }
-    return false;
-  }
-
- private:
-  struct Solid {
-    std::unique_ptr<PointInMesh> query;
-    Rigidf T_mesh_world;
-    Vec3f low, high;
-  };
-  void add(const TriangleMesh& mesh, MeshFill fill, const Rigidf& T_mesh_world) {
-    if (mesh.positions_m.empty()) return;
-    Solid s{std::make_unique<PointInMesh>(mesh, fill), T_mesh_world, mesh.positions_m.front(),
-            mesh.positions_m.front()};
-    for (const Vec3f& p : mesh.positions_m) s.low = min(s.low, p), s.high = max(s.high, p);
-    meshes_.push_back(std::move(s));
-  }
-  std::span<const ObstacleDescription> obstacles_;
-  std::vector<Solid> meshes_;
-};
-
 double liquid_speed_m_s(const LiquidDescription& liquid, Vec3d gravity_m_s2) {
   if (liquid.max_speed_m_s) return *liquid.max_speed_m_s;
   const Vec3d edge = liquid.box.max_m - liquid.box.min_m, g = gravity_m_s2;
@@ -127,7 +84,7 @@ int SceneLiquid::part_count(const DeviceSet& devices, const Scene& scene) {
 
 /// Counts before it takes memory: a block may hold more particles than a machine has bytes.
 /// Where blocks overlap, the first one fills the space: two particles at one place would never part.
-std::vector<LiquidParticle> SceneLiquid::fill_blocks(const Solids& solids, LeftOut& left_out) const {
+std::vector<LiquidParticle> SceneLiquid::fill_blocks(const StillSolids& solids, LeftOut& left_out) const {
   /// Particles of blocks that share a face are half a spacing from it.
   constexpr float kNear = 0.4F;
   const float d = liquid_.settings().spacing_m;
@@ -183,7 +140,7 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
                          std::span<const ObstacleDescription> obstacles)
     : devices_(devices), description_(*scene.fluid), liquid_(devices, settings_of(scene)) {
   LeftOut left_out;
-  const std::vector<LiquidParticle> particles = fill_blocks(Solids(bodies, obstacles), left_out);
+  const std::vector<LiquidParticle> particles = fill_blocks(StillSolids(bodies, obstacles), left_out);
   const float d = liquid_.settings().spacing_m;
   const auto tell = [&](int count, const char* code, const char* where, const char* remedy) {
     if (count > 0)
@@ -223,10 +180,12 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
   if (has_film(scene)) {
     film_ = std::make_unique<SceneFilm>(devices_.context(0), scene, liquid_);
     for (const Felt& felt : bodies_) film_->add_body(*felt.body);
+    film_->add_obstacles(obstacles, first_notices_);
   } else if (description_.film.value_or(false)) {
-    first_notices_.push_back({"liquid.no_film", Severity::info,
-                              "'fluid.film' is true, but no body touches the liquid: there is no film",
-                              "let a body have 'contact: true'"});
+    first_notices_.push_back(
+        {"liquid.no_film", Severity::info,
+         "'fluid.film' is true, but no body or obstacle touches the liquid: there is no film",
+         "let a body have 'contact: true', or add an obstacle"});
   }
 }
 

@@ -20,6 +20,7 @@
 #include "tactus/sim/notice.h"
 #include "tactus/sim/reach.h"
 #include "tactus/sim/scene_film.h"
+#include "tactus/sim/still_solids.h"
 
 namespace tactus {
 
@@ -71,15 +72,19 @@ class SceneLiquid {
   double waiting_m3(const Readback& readback, double dt_frame_s, std::vector<Notice>& notices);
   /// Adds the volumes that strokes bled until the frame that was waited for.
   void add_bleeding(const Readback& readback, std::vector<CutScore>& cuts) const;
-  /// What lies on bodies as a film, over the frame that was waited for.
+  /// What lies on bodies and obstacles as a film, over the frame that was waited for.
   SceneFilmReport film_report(const Readback& readback) const {
     return film_ ? film_->report(readback) : SceneFilmReport{};
   }
-  /// nullptr where bodies have none.
   /// Between frames, as SceneFilm::set_gravity; steps read gravity where frames have it.
   void set_gravity(Vec3d gravity_m_s2) {
     if (film_) film_->set_gravity(gravity_m_s2);
   }
+  /// Before a frame, as SceneFilm::place_obstacles.
+  void place_obstacles(std::span<const Rigidd> T_world) {
+    if (film_) film_->place_obstacles(T_world);
+  }
+  /// nullptr where there is none.
   const SceneFilm* film() const { return film_.get(); }
   /// When a body was cut, between frames. Synchronizes.
   void follow_cut(SoftBody& body, std::vector<Notice>& notices);
@@ -114,11 +119,10 @@ class SceneLiquid {
     Readback::Place ledgers = {};
     bool was_full = false, bleeds = false, was_late = false;
   };
-  class Solids;
   struct LeftOut {
     int in_solids = 0, in_blocks = 0;
   };
-  std::vector<LiquidParticle> fill_blocks(const Solids& solids, LeftOut& left_out) const;
+  std::vector<LiquidParticle> fill_blocks(const StillSolids& solids, LeftOut& left_out) const;
   [[noreturn]] void refuse_blocks(double count) const;
   void add_body(SoftBody& body, Index collider);
   void bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame);

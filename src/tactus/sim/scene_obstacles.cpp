@@ -119,6 +119,12 @@ void MovingObstacles::begin_frame(double dt_s, double end_s, double end_age_s) {
   }
 }
 
+std::vector<Rigidd> MovingObstacles::poses() const {
+  std::vector<Rigidd> all;
+  for (const Moving& m : all_) all.push_back(m.T_world);
+  return all;
+}
+
 std::vector<ToolMotion> MovingObstacles::motions() const {
   std::vector<ToolMotion> all;
   for (const Moving& m : all_) all.push_back(m.motion);

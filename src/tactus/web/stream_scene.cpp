@@ -17,6 +17,8 @@ constexpr Vec3f kCameraBlue{0.20F, 0.42F, 0.60F}, kDepthBrown{0.62F, 0.35F, 0.20
 constexpr Vec3f kBlood{0.55F, 0.03F, 0.05F}, kWater{0.35F, 0.60F, 0.75F};
 /// Colours of a tool's axis that colour-blind people tell apart (Okabe and Ito).
 constexpr Vec3f kKnown{0.00F, 0.45F, 0.70F}, kOther{0.84F, 0.37F, 0.00F}, kUnsure{0.90F, 0.62F, 0.00F};
+/// The obstacle below isn't to be seen through its film.
+constexpr float kAbove_m = 1e-4F;
 /// As in pictures (run_pictures.cpp).
 constexpr int kNormalPasses = 6;
 
@@ -111,8 +113,10 @@ StreamScene::StreamScene(const Scene& scene, const Rig& rig, const BodyAssets& a
   for (const BodyDescription& body : scene.bodies)
     bodies_.push_back({body.name, vec_cast<float>(body.colour), body.cuttable});
   held_ = held_names(scene);
-  for (const ObstacleSetting& o : scene.obstacles)
+  for (const ObstacleSetting& o : scene.obstacles) {
     if (o.moves()) moving_.push_back(o.name);
+    film_names_[o.name] = "film on " + o.name;
+  }
   for (const BladeDescription& blade : scene.blades)
     if (blade.held) held_blades_.push_back(blade.name);
   for (StillObstacle& o : still_obstacles(scene, assets)) {
@@ -182,6 +186,15 @@ std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& sna
   }
   for (std::size_t o = 0; o < snapshot.obstacles.size(); ++o)
     all.push_back({{BlockRole::obstacle, moving_[o], kGrey}, snapshot.obstacles[o], {}});
+  for (const WetObstacle& wet : snapshot.wet_obstacles) {
+    const auto name = film_names_.find(wet.name);
+    std::string bytes = film_bytes(wet.film);
+    if (name == film_names_.end() || bytes.empty()) continue;
+    Surface& film =
+        all.emplace_back(Surface{{BlockRole::obstacle, name->second, kGrey}, wet.mesh, std::move(bytes)});
+    for (std::size_t v = 0; v < wet.mesh.positions_m.size(); ++v)
+      film.mesh.positions_m[v] += (kAbove_m + wet.film.film_m[v]) * wet.mesh.normals[v];
+  }
   for (std::size_t b = 0; b < snapshot.blades.size(); ++b)
     all.push_back({{BlockRole::blade, b < held_blades_.size() ? held_blades_[b] : "blade", kSteel},
                    snapshot.blades[b],

@@ -86,6 +86,7 @@ class StreamScene {
   ViewDescription view_;
   std::vector<Thing> bodies_;
   std::vector<std::string> moving_, held_, held_blades_;
+  std::map<std::string, std::string> film_names_;  ///< of obstacles
   std::optional<LiquidDescription> liquid_;
   std::vector<Vec3f> frusta_, depth_frusta_, edges_;
   std::vector<Thing> still_names_;

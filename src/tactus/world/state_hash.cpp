@@ -18,9 +18,12 @@ std::string state_hash(const World& with) {
   const FrameSnapshot snapshot = world.snapshot();
   add(snapshot.real.positions_m);
   if (world.liquid() != nullptr) add(snapshot.liquid_m);
-  for (const FilmThickness& film : snapshot.films)
+  const auto add_film = [&hash](const FilmThickness& film) {
     for (const std::vector<float>* m : {&film.film_m, &film.stain_m})
       hash = fnv1a({reinterpret_cast<const char*>(m->data()), m->size() * sizeof(float)}, hash);
+  };
+  for (const FilmThickness& film : snapshot.films) add_film(film);
+  for (const WetObstacle& wet : snapshot.wet_obstacles) add_film(wet.film);
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
   return text;

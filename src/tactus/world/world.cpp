@@ -120,8 +120,8 @@ World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& asse
   start_notices_ = overlaps_at_start(scene, bodies_, still_ones(obstacle_descriptions(scene, assets)));
   if (perception != nullptr) report_far_bodies(scene, bodies_, perception->workspace_m(), start_notices_);
   if (scene.fluid)
-    liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_,
-                                            still_ones(obstacle_descriptions(scene, assets)));
+    liquid_ =
+        std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));
   add_stages();
   add_parameters();
   schedule_.close();

@@ -47,6 +47,7 @@ Rigidd World::Impl::pose(const std::string& tool) const {
 void World::Impl::move_tools(const FrameTimes& times, bool has_new_images) {
   held_blades_.begin_frame(!(times.dt_s > 0));
   if (moving_obstacles_.empty() && (tools_.motions.empty() || !has_new_images)) return;
+  if (liquid_) liquid_->place_obstacles(moving_obstacles_.poses());
   moving_obstacles_.begin_frame(times.dt_s, clock_.simulated_s(), times.surface_age_s + times.dt_s);
   std::vector<ToolMotion> motions = moving_obstacles_.motions();
   motions.insert(motions.end(), tools_.motions.begin(), tools_.motions.end());
@@ -103,9 +104,11 @@ FrameSnapshot World::Impl::snapshot() {
   for (TriangleMesh& blade : scripted_blades(scene_, clock_.simulated_s()))
     snapshot.blades.push_back(std::move(blade));
   if (liquid_) snapshot.liquid_m = liquid_->positions_m();
-  if (const SceneFilm* film = liquid_ ? liquid_->film() : nullptr)
+  if (const SceneFilm* film = liquid_ ? liquid_->film() : nullptr) {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       snapshot.films.push_back(film->thickness(*bodies_[b], snapshot.bodies[b]));
+    snapshot.wet_obstacles = film->wet_obstacles(moving_obstacles_.poses());
+  }
   if (!std::exchange(is_shown_, true)) note_shown();
   return snapshot;
 }
