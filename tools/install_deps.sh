@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# tools/install_deps.sh [films|complete|web|python|tests]: installs the Debian packages that are missing for the program; with `films` also
-# to read films; with `complete` also for live cameras, `tactus calibrate` and markers; with `web` also for `tactus run --web`, with `python`
-# also for the Python module, with `tests` for the tests, too.
+# tools/install_deps.sh [films|complete|web|view|xr|python|tests]: installs the Debian packages that are missing for the program; with
+# `films` also to read films; with `complete` also for live cameras, `tactus calibrate` and markers; with `web` also for `tactus run
+# --web`, with `view` for `tactus view`, with `xr` for `tactus xr`, with `python` for the Python module, with `tests` for the tests, too.
 # Elsewhere: names what is needed and goes on.
 set -euo pipefail
 # Parts of OpenCV, not libopencv-dev, which brings VTK, Qt and Tcl along. Its calib3d, imgcodecs and videoio bring Qt, GDAL and
@@ -16,6 +16,7 @@ case ${1:-} in python | tests) packages+=(pybind11-dev python3-dev python3-numpy
 if [ "${1:-}" = python ]; then packages+=(python3-scipy python3-setuptools python3-wheel python3-pip mypy); fi  # of examples, pip and tests of types
 case ${1:-} in web | tests) packages+=(libcivetweb-dev) ;; esac
 case ${1:-} in view | tests) packages+=(libglfw3-dev libimgui-dev libgl1 fonts-dejavu-core) ;; esac
+case ${1:-} in xr | tests) packages+=(libopenxr-dev) ;; esac
 if [ "${1:-}" = tests ]; then packages+=(xvfb xdotool imagemagick libgtest-dev libopencv-imgcodecs-dev libopencv-videoio-dev python3 python3-zmq xz-utils); fi
 # The page's renderer, of npm: one file, which the build puts into the program.
 three=0.170.0

@@ -17,8 +17,8 @@ ALLOWED = {
     "base": set(), "compute": L0, "multi_device": L1, "geom": GEOM, "frame": GEOM,
     "media": L0, "rig": L2 | {"media"}, "reconstruct": L2, "tissue": L2, "contact": L2, "fluid": L2, "track": L2,
     "sim": SIM, "perception": SIM | {"sim", "reconstruct", "track"}, "world": WORLD | {"io"}, "io": SIM | {"sim"}, "view": L2 | {"media"},
-    "run": RUN, "web": RUN | {"run"}, "window": RUN | {"run"},
-    "cli": RUN | {"run", "web", "window", "bench"},
+    "run": RUN, "web": RUN | {"run"}, "window": RUN | {"run"}, "xr": RUN | {"run"},
+    "cli": RUN | {"run", "web", "window", "xr", "bench"},
 }
 INCLUDE = re.compile(r'#include "tactus/(\w+)/')
 PATH = re.compile(r'#include "([^"]+)"')

@@ -13,15 +13,15 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SOURCES = (".h", ".cpp", ".cu", ".cuh")
 # The field's term: what the project says for it, in code, keys, messages and documents; and where a word has another meaning:
-# owners of memory, ghost nodes and files; pieces of triangles, walls and loops, and VTK's; the empty room that cameras see, and room for a
-# particle; patches of a surface and the patch test; a cut that is told apart; kicks and drifts of leapfrog.
+# owners of memory, ghost nodes and files; pieces of triangles, walls and loops, and VTK's; the empty room that cameras see, the room of a headset, and room
+# for a particle; patches of a surface and the patch test; a cut that is told apart; kicks and drifts of leapfrog.
 TERMS = {
     "collider": (r"owners?|Owner\w*|owner_\w+|\w+_owners?",
                  r"compute/|multi_device/|reconstruct/|tissue/|geom/|rig/|fluid/(split|liquid_)|frame/|world/checkpoint|sim/body/body_(cut|archive)"),
     "component": (r"pieces?|piece_\w+|\w+_pieces?|k?Piece\w*",
                   r"compute/|tissue/|geom/|rig/|track/|fluid/|cli/info|io/vtk_file|mesh_part_kernels|contact/(walls/|obstacles)|"
                   r"world/settle|sim/(body/|cut_score|scene_liquid)|docs/(concepts/(cut_bodies|liquid)|tissue_verification)"),
-    "capacity": (r"rooms?|room_\w+|\w+_rooms?", r"rig/|media/|view/|cli/|fluid/|docs/|io/scene_file"),
+    "capacity": (r"rooms?|room_\w+|\w+_rooms?", r"rig/|media/|view/|cli/|fluid/|xr/|docs/|io/scene_file"),
     "virtual element": (r"patch(es)?|patch_\w+|\w+_patch(es)?|Patch\w*",
                         r"contact/|reconstruct/|docs/(concepts/contact|tissue_verification|new_material)"),
     "velocity, position correction": (r"kicks?|kick_\w+|\w+_kicks?|Kick\w*", r"tissue/|frame/"),

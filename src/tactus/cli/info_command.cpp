@@ -21,6 +21,7 @@
 #include "tactus/web/web_files.h"
 #include "tactus/web/web_server.h"
 #include "tactus/window/window.h"
+#include "tactus/xr/headset.h"
 #include "tactus/world/world.h"
 #include "tactus/world/world_impl.h"
 
@@ -57,7 +58,7 @@ void info(const std::string& json_path) {
   std::vector<std::string> parts = missing_parts();
   for (const std::string& part :
        {live_missing(), genicam_missing(), ImageCoder::missing(), PhotoCoder::missing(), tiff_missing(),
-        subtractors_missing(), web_missing(), web_page_missing(), window_missing()}) {
+        subtractors_missing(), web_missing(), web_page_missing(), window_missing(), headset_missing()}) {
     if (!part.empty()) parts.push_back(part);
   }
   for (const std::string& missing : parts) {

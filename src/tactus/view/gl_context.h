@@ -1,5 +1,5 @@
 #pragma once
-/// An OpenGL 4.5 core context without a window. Internal to view/.
+/// An OpenGL 4.5 core context without a window. Internal to view/ and xr/.
 #include <memory>
 #include <string>
 
@@ -29,6 +29,8 @@ class GlContext {
          *previous_draw_ = nullptr, *previous_read_ = nullptr;
   };
   const std::string& description() const { return description_; }
+  void* display() const { return display_; }  ///< EGLDisplay
+  void* context() const { return context_; }  ///< EGLContext
 
  private:
   void *display_ = nullptr, *context_ = nullptr;

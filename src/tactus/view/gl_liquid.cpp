@@ -201,6 +201,7 @@ void GlLiquid::draw(const ViewLiquid& liquid, const LiquidProjection& view) {
   set(surface_, "world_eye", view.world_eye);
   set(surface_, "clip_eye", view.clip_eye);
   set(surface_, "eye_of_px", view.tangent_x, view.tangent_y);
+  set(surface_, "middle", view.middle_x, view.middle_y);
   set(surface_, "spacing_m", liquid.spacing_m);
   set(surface_, "lift_m", kLift * liquid.spacing_m);
   set(surface_, "scattered", liquid.scattered);

@@ -18,6 +18,7 @@ namespace tactus {
 struct LiquidProjection {
   Mat4 eye_world, world_eye, clip_eye;
   float near_m = 0, tangent_x = 0, tangent_y = 0;  ///< of half the picture's angles
+  float middle_x = 0, middle_y = 0;                ///< tangents of the ray through the picture's middle
 };
 
 class GlLiquid {

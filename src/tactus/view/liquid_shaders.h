@@ -125,6 +125,7 @@ inline constexpr const char* kLiquidFragment = R"(
 uniform mat4 world_eye;
 uniform mat4 clip_eye;
 uniform vec2 eye_of_px;  // tangents of half the picture's angles
+uniform vec2 middle;     // tangents of the ray through the picture's middle
 uniform float spacing_m;
 uniform float lift_m;  // that balls of a crowd stick out of the liquid
 uniform vec3 scattered;
@@ -136,7 +137,7 @@ layout(location = 0) out vec4 color;
 
 vec3 ray_at(ivec2 at) {
   vec2 ndc = (vec2(at) + 0.5) / picture_px * 2.0 - 1.0;
-  return vec3(ndc * eye_of_px, -1);
+  return vec3(middle + ndc * eye_of_px, -1);
 }
 vec3 eye_at(ivec2 at, float w) { return ray_at(at) / w; }
 

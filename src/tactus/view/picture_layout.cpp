@@ -77,11 +77,24 @@ Box3f lit_part(const Box3f& box, Vec3f sun, float floor_m, float reach_m) {
   return {part->min - Vec3f{margin_m, 0, margin_m}, part->max + Vec3f{margin_m, 0, margin_m}};
 }
 
+LiquidProjection projection_of(const ViewEye& eye) {
+  return {to_mat4(inverse(eye.T_world_eye)),
+          to_mat4(eye.T_world_eye),
+          off_axis(eye.left, eye.right, eye.down, eye.up, eye.near_m, eye.far_m),
+          eye.near_m,
+          0.5F * (eye.right - eye.left),
+          0.5F * (eye.up - eye.down),
+          0.5F * (eye.right + eye.left),
+          0.5F * (eye.up + eye.down)};
+}
+
 }  // namespace
 
-PictureLayout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect) {
+PictureLayout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect,
+                      const ViewEye* seen_by) {
   PictureLayout l;
-  const Vec3f eye = camera.eye_m();
+  l.eye_m = seen_by != nullptr ? seen_by->T_world_eye.t : camera.eye_m();
+  const Vec3f eye = l.eye_m;
   const float tangent_y = std::tan(0.5F * camera.fov_rad);
   const float near_m = kNear * camera.distance_m * tangent_y * max(aspect, 1.F);
   l.has_ground = scene.ground && eye.y > scene.ground_height_m;
@@ -117,6 +130,8 @@ PictureLayout lay_out(const ViewScene& scene, const ViewCamera& camera, float as
            l.near_m,
            aspect * tangent_y,
            tangent_y};
+  if (seen_by != nullptr) l.eye = projection_of(*seen_by);
+  l.near_m = l.eye.near_m;
   l.view_proj = l.eye.clip_eye * l.eye.eye_world;
   const Mat3f R = looking_along(l.sun);
   for (int i = 0; i < 3; ++i)

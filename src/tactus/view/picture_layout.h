@@ -19,11 +19,14 @@ struct PictureLayout {
   Vec3f sky_half_m;  ///< of the map of heights
   Box3f lit_m;       ///< (x, z) part of the ground where shadow or occlusion may be
   bool has_ground;
+  Vec3f eye_m;
   LiquidProjection eye;
   Mat4 view_proj, sun_clip, sky_clip;
 };
 
 /// @param aspect width over height of the picture
-PictureLayout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect);
+/// @param seen_by looks instead of the camera, which then only says where light and ground are
+PictureLayout lay_out(const ViewScene& scene, const ViewCamera& camera, float aspect,
+                      const ViewEye* seen_by = nullptr);
 
 }  // namespace tactus

@@ -44,6 +44,19 @@ inline Mat4 perspective(float fov_rad, float aspect, float near_m, float far_m) 
   return r;
 }
 
+/// With the tangents of the four edges, signed.
+inline Mat4 off_axis(float left, float right, float down, float up, float near_m, float far_m) {
+  Mat4 r;
+  r(0, 0) = 2 / (right - left);
+  r(1, 1) = 2 / (up - down);
+  r(0, 2) = (right + left) / (right - left);
+  r(1, 2) = (up + down) / (up - down);
+  r(2, 2) = (far_m + near_m) / (near_m - far_m);
+  r(2, 3) = 2 * far_m * near_m / (near_m - far_m);
+  r(3, 2) = -1;
+  return r;
+}
+
 /// Rows are right, up and -back of an image that is looked at along `toward`'s opposite.
 inline Mat3f looking_along(Vec3f toward) {
   const Vec3f back = normalized(toward, {0, 1, 0});

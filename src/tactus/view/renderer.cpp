@@ -9,6 +9,7 @@
 #include "tactus/view/edge_smoothing.h"
 #include "tactus/view/gl_context.h"
 #include "tactus/view/gl_light.h"
+#include "tactus/view/gl_lines.h"
 #include "tactus/view/gl_liquid.h"
 #include "tactus/view/gl_mesh.h"
 #include "tactus/view/gl_objects.h"
@@ -48,41 +49,6 @@ Rgb8 to_rgb8(Vec3f c) {
   const auto byte = [](float x) { return static_cast<std::uint8_t>(clamp(255 * x + 0.5F, 0.F, 255.F)); };
   return {byte(c.x), byte(c.y), byte(c.z)};
 }
-
-/// A line as the shader reads it.
-struct LineInstance {
-  Vec3f from, to, color;
-  float width_px;
-};
-static_assert(sizeof(LineInstance) == 40);
-
-struct LineSlot {
-  GlStreamBuffer buffer;
-  GlVertexArray array;
-  std::vector<LineInstance> lines;
-
-  LineSlot() {
-    GLuint name = 0;
-    glCreateVertexArrays(1, &name);
-    array = GlVertexArray(name);
-    for (const GLuint i : {0U, 1U, 2U}) {
-      glVertexArrayAttribFormat(name, i, i == 2 ? 4 : 3, GL_FLOAT, GL_FALSE, 12 * i);
-      glVertexArrayAttribBinding(name, i, 0);
-      glEnableVertexArrayAttrib(name, i);
-    }
-    glVertexArrayBindingDivisor(name, 0, 1);
-  }
-  void upload(const std::vector<ViewLine>& in) {
-    lines.clear();
-    for (const ViewLine& l : in) lines.push_back({l.from_m, l.to_m, l.color, l.width_px});
-    if (buffer.upload(lines.data(), lines.size() * sizeof(LineInstance)))
-      glVertexArrayVertexBuffer(array.get(), 0, buffer.get(), 0, sizeof(LineInstance));
-  }
-  void draw() const {
-    glBindVertexArray(array.get());
-    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(lines.size()));
-  }
-};
 
 /// Two channels of noise that repeats, for fibres.
 GlTexture make_grain() {
@@ -173,7 +139,7 @@ struct Renderer::Impl {
     gl->liquid.reset();
   }
 
-  void upload(const ViewScene& scene, Vec3f eye_m) {
+  void upload(const ViewScene& scene) {
     while (gl->meshes.size() < scene.meshes.size()) gl->meshes.emplace_back();
     gl->photos.resize(gl->meshes.size());
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
@@ -185,6 +151,9 @@ struct Renderer::Impl {
       gl->photos[i]->draw_maps(*gl->photo_programs, gl->meshes[i], gl->no_attributes);
     }
     gl->lines.upload(scene.lines);
+  }
+
+  void upload_edges(const ViewScene& scene, Vec3f eye_m) {
     box_edges.clear();
     for (const ViewBox& box : scene.boxes) add_far_edges(box_edges, box, eye_m);
     gl->box_edges.upload(box_edges);
@@ -197,9 +166,9 @@ struct Renderer::Impl {
     gl->light.draw(casters, l);
   }
 
-  void set_light(const GlProgram& program, const PictureLayout& l, Vec3f eye) {
+  void set_light(const GlProgram& program, const PictureLayout& l) {
     set(program, "view_proj", l.view_proj);
-    set(program, "eye", eye);
+    set(program, "eye", l.eye_m);
     gl->light.set_uniforms(program, l);
     set(program, "picture_px", static_cast<float>(options.width_px), static_cast<float>(options.height_px));
   }
@@ -261,7 +230,7 @@ struct Renderer::Impl {
     glDisable(GL_BLEND);
   }
 
-  void draw_picture(const ViewScene& scene, const ViewCamera& camera, const PictureLayout& l) {
+  void draw_picture(const ViewScene& scene, const PictureLayout& l) {
     glBindFramebuffer(GL_FRAMEBUFFER, gl->picture.framebuffer.get());
     glViewport(0, 0, options.width_px, options.height_px);
     const Vec3f plain = scene.background.value_or(Vec3f{});
@@ -270,14 +239,14 @@ struct Renderer::Impl {
     gl->light.bind();
     glBindTextureUnit(8, gl->grain.get());
     for (const GlProgram* p : {&gl->surface, &gl->tissue, &gl->ground, &gl->background, &gl->wire, &gl->line})
-      set_light(*p, l, camera.eye_m());
-    if (gl->photo_programs) set_light(gl->photo_programs->surface, l, camera.eye_m());
+      set_light(*p, l);
+    if (gl->photo_programs) set_light(gl->photo_programs->surface, l);
     draw_room(scene, l);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
       if (scene.meshes[i].material.opacity >= 1) draw_surface(scene.meshes[i], i);
     }
     draw_lines(gl->lines, l);
-    for (const ViewLiquid& liquid : scene.liquids) draw_liquid(liquid, scene, camera, l);
+    for (const ViewLiquid& liquid : scene.liquids) draw_liquid(liquid, scene, l);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
       if (scene.meshes[i].material.opacity < 1) draw_translucent(scene.meshes[i], i);
     }
@@ -313,13 +282,12 @@ struct Renderer::Impl {
     glDisable(GL_BLEND);
   }
 
-  void draw_liquid(const ViewLiquid& liquid, const ViewScene& scene, const ViewCamera& camera,
-                   const PictureLayout& l) {
+  void draw_liquid(const ViewLiquid& liquid, const ViewScene& scene, const PictureLayout& l) {
     if (liquid.positions_m.empty()) return;
     if (!gl->liquid) gl->liquid = std::make_unique<GlLiquid>(options.width_px, options.height_px);
     gl->liquid->draw_maps(liquid, liquid_balls(liquid, scene), l.eye, gl->picture.framebuffer.get());
     glBindFramebuffer(GL_FRAMEBUFFER, gl->picture.framebuffer.get());
-    set_light(gl->liquid->surface(), l, camera.eye_m());
+    set_light(gl->liquid->surface(), l);
     gl->liquid->draw(liquid, l.eye);
   }
 
@@ -336,7 +304,6 @@ struct Renderer::Impl {
 
   /// Labels whose place is seen.
   void find_labels(const ViewScene& scene, const ViewCamera& camera, const PictureLayout& l) {
-    labels.clear();
     const Rigidf T = camera.T_cam_world();
     for (const ViewLabel& label : scene.labels) {
       const Vec3f p = T * label.at_m;
@@ -376,21 +343,25 @@ struct Renderer::Impl {
                            GL_COLOR_BUFFER_BIT, GL_NEAREST);
   }
 
-  /// Draws all but labels, and finds these.
-  void paint(const ViewScene& scene, const ViewCamera& camera) {
-    for (const ViewMesh& view : scene.meshes) check_mesh(view);
-    const PictureLayout layout =
-        lay_out(scene, camera, static_cast<float>(options.width_px) / static_cast<float>(options.height_px));
-    upload(scene, camera.eye_m());
+  /// Draws all but labels, and finds these; for an eye, there are none.
+  void paint(const ViewScene& scene, const ViewCamera& camera, const ViewEye* eye = nullptr,
+             bool is_same = false) {
+    if (!is_same)
+      for (const ViewMesh& view : scene.meshes) check_mesh(view);
+    const float aspect = static_cast<float>(options.width_px) / static_cast<float>(options.height_px);
+    const PictureLayout layout = lay_out(scene, camera, aspect, eye);
+    if (!is_same) upload(scene);
+    upload_edges(scene, layout.eye_m);
     glDisable(GL_SCISSOR_TEST);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LEQUAL);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    draw_light(scene, layout);
-    draw_picture(scene, camera, layout);
+    if (!is_same) draw_light(scene, layout);
+    draw_picture(scene, layout);
     clip_eye = layout.eye.clip_eye;
     resolve();
-    find_labels(scene, camera, layout);
+    labels.clear();
+    if (eye == nullptr) find_labels(scene, camera, layout);
   }
 
   /// Into the caller's framebuffer.
@@ -400,6 +371,15 @@ struct Renderer::Impl {
     glBlitNamedFramebuffer(smooth ? gl->shown.framebuffer() : gl->picture.resolved.get(), framebuffer, 0, 0,
                            w, h, 0, smooth ? h : 0, w, smooth ? 0 : h, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  }
+
+  void smooth_and_show(GLuint framebuffer) {
+    if (smooth) {
+      read_back(jagged);
+      smooth_edges(jagged, smoothed);
+      gl->shown.upload(smoothed);
+    }
+    show(framebuffer);
   }
 
   void read_back(ColorImage& image) {
@@ -456,12 +436,21 @@ void Renderer::draw(const ViewScene& scene, const ViewCamera& camera) {
   const Impl::Entered current = impl_->enter();
   const GLuint framebuffer = drawn_framebuffer();
   impl_->paint(scene, camera);
-  if (impl_->smooth) {
-    impl_->read_back(impl_->jagged);
-    smooth_edges(impl_->jagged, impl_->smoothed);
-    impl_->gl->shown.upload(impl_->smoothed);
-  }
-  impl_->show(framebuffer);
+  impl_->smooth_and_show(framebuffer);
+}
+
+void Renderer::draw_eye(const ViewScene& scene, const ViewCamera& camera, const ViewEye& eye, bool is_same) {
+  const Impl::Entered current = impl_->enter();
+  const GLuint framebuffer = drawn_framebuffer();
+  impl_->paint(scene, camera, &eye, is_same);
+  impl_->smooth_and_show(framebuffer);
+}
+
+void Renderer::copy_depth() {
+  const Impl::Entered current = impl_->enter();
+  const Index w = impl_->options.width_px, h = impl_->options.height_px;
+  glBlitNamedFramebuffer(impl_->gl->picture.framebuffer.get(), drawn_framebuffer(), 0, 0, w, h, 0, 0, w, h,
+                         GL_DEPTH_BUFFER_BIT, GL_NEAREST);
 }
 
 void Renderer::draw_again() {

@@ -50,6 +50,11 @@ class Renderer {
   void render(const ViewScene& scene, const ViewCamera& camera, ColorImage& image);
   /// The same picture, without its labels, into the current draw framebuffer. Labels are in labels().
   void draw(const ViewScene& scene, const ViewCamera& camera);
+  /// As draw(), from an eye of a headset. Light and ground lie as for `camera`.
+  /// @param is_same scene and camera are those of the last picture: nothing is copied to the GPU again
+  void draw_eye(const ViewScene& scene, const ViewCamera& camera, const ViewEye& eye, bool is_same);
+  /// The depth of the last picture into the current draw framebuffer, whose depth is of 32-bit floats.
+  void copy_depth();
   /// The last picture again, into the framebuffer that is current now.
   void draw_again();
   /// Those of the last picture.

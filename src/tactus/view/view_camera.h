@@ -16,6 +16,13 @@ struct ViewCamera {
   Rigidf T_cam_world() const;
 };
 
+/// An eye of a headset: its pose and the tangents of the edges of its picture, which need not be alike.
+struct ViewEye {
+  Rigidf T_world_eye;                             ///< x right, y up, the eye looks along -z
+  float left = -1, right = 1, down = -1, up = 1;  ///< signed: those left of the axis or below it are negative
+  float near_m = 0.05F, far_m = 50;               ///< nothing nearer or farther is drawn
+};
+
 /// Looks at the whole of `box_m` from the given side, for a picture of `aspect` = width / height.
 /// @throws Error when the box is empty or not finite.
 ViewCamera frame_box(const Box3f& box_m, float azimuth_rad = 0.6F, float elevation_rad = 0.4F,
