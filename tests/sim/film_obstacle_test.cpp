@@ -133,8 +133,10 @@ TEST(FilmOnObstacle, AMillilitreIsOnePuddle) {
     const double across_m = std::sqrt(4 * puddle.area_m2 / M_PI);
     std::printf("d %.2f mm: %d particles left, film %.4f ml, %.2f mm across, %d pieces\n", spacing_m * 1e3,
                 report.liquid.here, puddle.volume_m3 * 1e6, across_m * 1e3, puddle.pieces);
-    EXPECT_EQ(report.liquid.here, 0);
-    EXPECT_NEAR(puddle.volume_m3, 1e-6, 1e-9);
+    // Some stop beyond the film's edge, as drops: at most 1 % of them.
+    const double particle_m3 = spacing_m * spacing_m * spacing_m;
+    EXPECT_LE(report.liquid.here * particle_m3, 0.01e-6);
+    EXPECT_NEAR(puddle.volume_m3 + report.liquid.here * particle_m3, 1e-6, 1e-9);
     EXPECT_NEAR(across_m, 31.3e-3, 0.15 * 31.3e-3);
     EXPECT_EQ(puddle.pieces, 1);
   }
