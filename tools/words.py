@@ -23,7 +23,7 @@ TERMS = {
                   r"world/settle|sim/(body/|cut_score|scene_liquid)|docs/(concepts/(cut_bodies|liquid)|tissue_verification)"),
     "capacity": (r"rooms?|room_\w+|\w+_rooms?", r"rig/|media/|view/|cli/|fluid/|xr/|docs/|io/scene_file"),
     "virtual element": (r"patch(es)?|patch_\w+|\w+_patch(es)?|Patch\w*",
-                        r"contact/|reconstruct/|docs/(concepts/contact|tissue_verification|new_material)"),
+                        r"contact/|reconstruct/|run/|docs/(concepts/contact|tissue_verification|new_material)"),
     "velocity, position correction": (r"kicks?|kick_\w+|\w+_kicks?|Kick\w*", r"tissue/|frame/"),
     "report": (r"tell_\w+|told_\w*|Tell\w*", None),
     "side_stream": (r"beside_", r"track/"),

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "tactus/base/error.h"
+#include "tactus/fluid/film/film_kernels.h"
 #include "tactus/geom/mesh/bisect_edges.h"
 #include "tactus/geom/mesh/box_surface.h"
 #include "tactus/sim/still_solids.h"
@@ -12,13 +13,13 @@
 namespace tactus {
 namespace {
 
-/// So many pieces of the longest edge: squares then, not slivers, are bisected.
-constexpr float kPieces = 16;
+/// So many parts of the longest edge: squares then, not slivers, are bisected.
+constexpr float kPartsOfEdge = 16;
 /// A film's edge is some 1 mm wide, as high as a triangle whose longest edge is this.
 constexpr float kLeastEdge_m = 0.002F;
 
 Index pieces_of(float edge_m, float longest_m) {
-  return std::max<Index>(1, static_cast<Index>(std::lround(kPieces * edge_m / longest_m)));
+  return std::max<Index>(1, static_cast<Index>(std::lround(kPartsOfEdge * edge_m / longest_m)));
 }
 
 /// The part of a plane in whose shadow a box lies, in the plane's coordinates: y is its height.

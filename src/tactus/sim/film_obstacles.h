@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tactus/contact/obstacles.h"
-#include "tactus/fluid/film/film_kernels.h"
+#include "tactus/fluid/film/film_surface.h"
 #include "tactus/fluid/liquid_report.h"
 #include "tactus/geom/arrays/index_lists.h"
 #include "tactus/geom/mesh/mesh.h"

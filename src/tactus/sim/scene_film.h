@@ -53,7 +53,7 @@ class SceneFilm {
     Readback::Place sums, ledger;
     Index vertices = 0;  ///< of the surface, at the last cut
   };
-  /// Of a body, or of the obstacles.
+  /// On a body, or on the obstacles.
   FilmSurface surface_of(const SoftBody* body) const;
   Coat& add_coat(const FilmSurface& surface, Index most_incident, float reach_m, Index vertices);
   void run(Coat& coat, View<const FrameParams> frame);

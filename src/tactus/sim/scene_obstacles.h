@@ -31,7 +31,7 @@ class MovingObstacles {
   /// @param end_s simulated time at its end @param end_age_s of the real surface then: poses count from its
   /// capture
   void begin_frame(double dt_s, double end_s, double end_age_s);
-  /// Of each, at the frame's end.
+  /// Their poses at the frame's end.
   std::vector<Rigidd> poses() const;
   /// Motion of each obstacle, for contact.
   std::vector<ToolMotion> motions() const;

@@ -12,6 +12,7 @@
 #include "tactus/base/vec.h"
 #include "tactus/compute/atomic.h"
 #include "tactus/compute/fold.h"
+#include "tactus/fluid/film/film_surface.h"
 #include "tactus/frame/frame_params.h"
 #include "tactus/geom/arrays/index_lists.h"
 
@@ -28,15 +29,6 @@ struct FilmLaw {
   /// sigma (1 - cos(angle)): the force per length that holds an edge which is about to advance.
   float hold_N_m = 0;
   float finest_1_m2 = 0;  ///< largest eigenvalue of the Laplacian that is resolved
-};
-
-/// A surface that a film lies on. It may move, and cuts may change it.
-struct FilmSurface {
-  Count vertices = 0, triangles = 0;
-  View<const Vec3f> x_m;
-  View<const Index> corners;     ///< three vertices each
-  View<const IndexRange> lists;  ///< per vertex, of entries of `incident`
-  View<const Index> incident;    ///< triangles
 };
 
 /// A triangle in its plane: corner 0 at (0, 0), 1 at (bx, 0), 2 at (cx, cy).

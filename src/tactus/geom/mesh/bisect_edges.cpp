@@ -44,7 +44,7 @@ class Bisection {
     return {min(x(t[0]), min(x(t[1]), x(t[2]))), max(x(t[0]), max(x(t[1]), x(t[2])))};
   }
   float edge2_m2(const Edge& e) const { return dot(x(e.second) - x(e.first), x(e.second) - x(e.first)); }
-  /// Of edges that are as long as one another, the same one for both triangles.
+  /// Where edges are as long as one another, the same one for both triangles.
   bool is_longer(const Edge& a, const Edge& b) const {
     const float la = edge2_m2(a), lb = edge2_m2(b);
     return la != lb ? la > lb : a > b;
