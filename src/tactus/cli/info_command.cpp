@@ -21,9 +21,9 @@
 #include "tactus/web/web_files.h"
 #include "tactus/web/web_server.h"
 #include "tactus/window/window.h"
-#include "tactus/xr/headset.h"
 #include "tactus/world/world.h"
 #include "tactus/world/world_impl.h"
+#include "tactus/xr/headset.h"
 
 namespace tactus {
 namespace {

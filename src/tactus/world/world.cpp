@@ -7,10 +7,10 @@
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/sim/body/body_measures.h"
+#include "tactus/sim/body/body_pull.h"
 #include "tactus/sim/body/body_steps.h"
 #include "tactus/sim/body/slab_points.h"
 #include "tactus/tissue/hybrid/body_solver.h"
-#include "tactus/sim/body/body_pull.h"
 #include "tactus/world/start_check.h"
 
 namespace tactus {
@@ -120,8 +120,7 @@ World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& asse
   start_notices_ = overlaps_at_start(scene, bodies_, still_ones(obstacle_descriptions(scene, assets)));
   if (perception != nullptr) report_far_bodies(scene, bodies_, perception->workspace_m(), start_notices_);
   if (scene.fluid)
-    liquid_ =
-        std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));
+    liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));
   add_stages();
   add_parameters();
   schedule_.close();

@@ -75,7 +75,8 @@ void World::Impl::attach(const Grab& grab) {
   if (!body.spring().can_pull())
     throw usage_error("grab: body '" + grab.body + "' has 'contact: false': nothing touches it");
   const double radius_m = grab.radius_m.value_or(2 * body.description().spacing_m);
-  const BodyPoint point = nearest_point(body, context(), grab, std::max(radius_m, 2 * body.description().spacing_m));
+  const BodyPoint point =
+      nearest_point(body, context(), grab, std::max(radius_m, 2 * body.description().spacing_m));
   const std::vector<Vec3f> x_m = body.positions_m(context());
   body.spring().attach(body.shape().lattice, point, radius_m, x_m);
   grabbed_at_m_ = vec_cast<double>(point.position_m(x_m));
@@ -89,7 +90,8 @@ void World::Impl::follow_cut_of_grab() {
   SoftBody& body = *bodies_[grabbed_];
   BodyPoint point = body.spring().point();
   body.cuts()->follow(point);
-  body.spring().attach(body.shape().lattice, point, grab_->radius_m.value_or(2 * body.description().spacing_m),
+  body.spring().attach(body.shape().lattice, point,
+                       grab_->radius_m.value_or(2 * body.description().spacing_m),
                        body.positions_m(context()));
 }
 
