@@ -17,33 +17,37 @@ class WetPatch {
     std::vector<Index> corners;
     for (std::size_t k = 0; k < 3; ++k) {
       const Index a = triangle.at(k), b = triangle.at((k + 1) % 3);
-      if (depth_m(a) > 0) corners.push_back(vertex(a, a));
-      if ((depth_m(a) > 0) != (depth_m(b) > 0)) corners.push_back(vertex(std::min(a, b), std::max(a, b)));
+      if (inside_m(a) > 0) corners.push_back(vertex(a, a));
+      if ((inside_m(a) > 0) != (inside_m(b) > 0)) corners.push_back(vertex(std::min(a, b), std::max(a, b)));
     }
     for (std::size_t k = 2; k < corners.size(); ++k)
       wet.triangles.push_back({corners[0], corners[k - 1], corners[k]});
   }
 
   TriangleMesh wet;
-  std::vector<float> film_m, stain_m;
+  std::vector<float> film_m, stain_m, edge_m;
 
  private:
   static std::size_t at(Index v) { return static_cast<std::size_t>(v); }
-  float depth_m(Index v) const {
-    return std::max(film_.film_m[at(v)], film_.stain_m[at(v)] - kThinnestStain_m);
+  /// > 0 where something is drawn.
+  float inside_m(Index v) const {
+    const float dried_m = film_.stain_m[at(v)];
+    return dried_m > kThinnestStain_m ? std::max(film_.edge_m[at(v)], dried_m) : film_.edge_m[at(v)];
   }
-  /// At a, or where depth is 0 between a and b.
+  /// At a, or where that is 0 between a and b.
   Index vertex(Index a, Index b) {
     const auto [place, is_new] = numbers_.try_emplace({a, b}, static_cast<Index>(film_m.size()));
     if (!is_new) return place->second;
-    const float share = a == b ? 0 : depth_m(a) / (depth_m(a) - depth_m(b));
+    const float share = a == b ? 0 : inside_m(a) / (inside_m(a) - inside_m(b));
     const auto between = [&](const auto& values) {
       return values[at(a)] + share * (values[at(b)] - values[at(a)]);
     };
     const Vec3f normal = normalized(between(surface_.normals));
-    film_m.push_back(std::max(between(film_.film_m), 0.F));
+    film_m.push_back(between(film_.film_m));
     stain_m.push_back(between(film_.stain_m));
-    wet.positions_m.push_back(between(surface_.positions_m) + (kAbove_m + film_m.back()) * normal);
+    edge_m.push_back(between(film_.edge_m));
+    const float height_m = edge_m.back() > 0 ? film_m.back() : 0;
+    wet.positions_m.push_back(between(surface_.positions_m) + (kAbove_m + height_m) * normal);
     wet.normals.push_back(normal);
     return place->second;
   }
@@ -61,6 +65,7 @@ void keep_wet(TriangleMesh& surface, ViewFilm& film) {
   surface = std::move(patch.wet);
   film.film_m = std::move(patch.film_m);
   film.stain_m = std::move(patch.stain_m);
+  film.edge_m = std::move(patch.edge_m);
 }
 
 }  // namespace tactus
