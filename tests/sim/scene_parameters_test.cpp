@@ -260,6 +260,7 @@ TEST(SceneParameters, TheCameraOfPicturesTurnsAndPhysicsDoesNotKnow) {
   }
   EXPECT_EQ(state_hash(turned), state_hash(plain));
   EXPECT_EQ(plain.snapshot().view.azimuth_deg, 30) << "the schema's default";
+  EXPECT_EQ(turned.parameters().of(ParameterEffect::next_picture).size(), 3U);
   EXPECT_STREQ(effect_text(turned.parameters().list().back().effect), "next picture");
   EXPECT_STREQ(effect_text(turned.parameters().list().front().effect), "next frame");
 }

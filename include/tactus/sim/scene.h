@@ -313,8 +313,8 @@ struct LiquidDescription {
   double surface_tension_n_m = 0, contact_angle_deg = 90;
   double artificial_viscosity = 0.05;
   std::optional<double> max_speed_m_s;  ///< none: that of a fall through the box
-  std::optional<bool> film;             ///< bodies that it wets have a film of it; none: has_film() decides
-  double film_drying_m_s = 0;           ///< by which a film gets thinner, and leaves a stain
+  std::optional<bool> film;    ///< bodies and obstacles that it wets have a film; none: has_film() decides
+  double film_drying_m_s = 0;  ///< by which a film gets thinner, and leaves a stain
   LiquidLooks looks = LiquidLooks::blood;
   std::optional<int> least_particles;  ///< LiquidSettings'; in no file: results don't depend on it
 };

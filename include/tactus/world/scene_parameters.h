@@ -42,6 +42,8 @@ class SceneParameters {
  public:
   /// In the scene's order.
   std::span<const SceneParameter> list() const { return list_; }
+  /// Those of one effect: viewers with a camera of their own have no use for the pictures'.
+  std::vector<SceneParameter> of(ParameterEffect effect) const;
   /// @throws usage Error for a name that isn't there, with the nearest one.
   double get(const std::string& name) const { return list_[find(name)].value; }
   /// Between two frames. @throws usage Error for a name that isn't there, or for a value that the scene file

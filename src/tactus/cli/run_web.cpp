@@ -40,7 +40,7 @@ std::unique_ptr<WebSink> open_web_sink(const RunOptions& options, const Scene& s
                         .keeps_pace = !is_live,
                         .waits_for_viewer = !is_live};
   if (options.web_control) {
-    const auto parameters = world.parameters().list();
+    const auto parameters = world.parameters().of(ParameterEffect::next_frame);
     made.parameters.assign(parameters.begin(), parameters.end());
   }
   if (!options.web_token.empty()) made.server.token = read_token(options.web_token);

@@ -87,7 +87,8 @@ std::string RunStatus::text(RunFrame& frame) {
   json["bodies"] = nlohmann::json::array();
   for (std::size_t b = 0; b < monitors.size(); ++b)
     json["bodies"].push_back(body_json(*world.impl().bodies()[b], monitors[b], frame.report));
-  for (const SceneParameter& p : world.parameters().list()) json["parameters"][p.name] = p.value;
+  for (const SceneParameter& p : world.parameters().of(ParameterEffect::next_frame))
+    json["parameters"][p.name] = p.value;
   for (const std::string& name : held_) json["poses"][name] = pose_json(world.pose(name));
   if (world.impl().liquid() != nullptr) json["liquid"] = {{"particles", frame.report.liquid.here}};
   return json_text(json);

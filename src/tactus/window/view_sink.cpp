@@ -42,7 +42,7 @@ void ViewSink::apply_control() {
   const RunControl::Applied applied = control_.apply(world_);
   if (applied.has_asked) refusal_ = applied.errors;
   if (applied.has_set || parameters_ == nullptr) {
-    const auto list = world_.parameters().list();
+    const auto list = world_.parameters().of(ParameterEffect::next_frame);
     parameters_ = std::make_shared<const std::vector<SceneParameter>>(list.begin(), list.end());
   }
 }

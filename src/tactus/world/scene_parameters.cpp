@@ -34,6 +34,13 @@ void SceneParameters::add(const std::string& name, const std::string& key, doubl
   apply_.push_back(std::move(apply));
 }
 
+std::vector<SceneParameter> SceneParameters::of(ParameterEffect effect) const {
+  std::vector<SceneParameter> some;
+  for (const SceneParameter& p : list_)
+    if (p.effect == effect) some.push_back(p);
+  return some;
+}
+
 void SceneParameters::narrow(double least, double most) {
   SceneParameter& p = list_.back();
   if (least > p.least) p.least = least, p.excludes_least = false;
