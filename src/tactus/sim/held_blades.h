@@ -3,15 +3,12 @@
 #include <string>
 #include <vector>
 
-#include "tactus/frame/state_archive.h"
 #include "tactus/geom/mesh/mesh.h"
+#include "tactus/sim/held_pose.h"
 #include "tactus/sim/scene.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
 
 namespace tactus {
-
-/// Whether a pose is finite and neither scales nor mirrors.
-bool is_rigid(const Rigidd& T);
 
 /// Names of all obstacles and blades with `held: true`, obstacles first.
 std::vector<std::string> held_names(const Scene& scene);
@@ -38,8 +35,9 @@ class HeldBlades {
  private:
   struct Held {
     BladeDescription blade;
-    Rigidd before, T_world, next;
-    bool is_placed = false, has_jumped = true;
+    HeldPose pose;
+    Rigidd before;
+    bool has_jumped = true;
   };
   const Held& find(const std::string& name) const;
 

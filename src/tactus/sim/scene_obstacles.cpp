@@ -1,12 +1,10 @@
 #include "tactus/sim/scene_obstacles.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "tactus/base/error.h"
 #include "tactus/geom/mesh/box_surface.h"
 #include "tactus/geom/mesh/sphere_surface.h"
-#include "tactus/sim/held_blades.h"
 #include "tactus/sim/keyframes.h"
 
 namespace tactus {
@@ -57,7 +55,8 @@ MovingObstacles::MovingObstacles(const Scene& scene, std::span<const ObstacleDes
     own.setting = scene.obstacles[o];
     own.mesh = obstacles[o].mesh;
     own.center_m = vec_cast<double>(bounds(own.mesh).center());
-    own.T_world = own.next = own.setting.held ? at_rest(own.setting) : along_keyframes(own.setting, 0);
+    own.pose.T_world = own.pose.next =
+        own.setting.held ? at_rest(own.setting) : along_keyframes(own.setting, 0);
   }
 }
 
@@ -79,17 +78,13 @@ MovingObstacles::Moving& MovingObstacles::held(const std::string& name) {
 }
 
 void MovingObstacles::set_pose(const std::string& name, const Rigidd& T_world_obstacle, bool at_once) {
-  Moving& own = held(name);
-  if (!is_rigid(T_world_obstacle))
-    throw usage_error("pose of obstacle '" + name + "': expected a finite position and a rotation");
-  own.next = T_world_obstacle;
-  own.is_placed = own.is_placed && !at_once;
+  held(name).pose.set_next("obstacle '" + name + "'", T_world_obstacle, at_once);
 }
 
 Rigidd MovingObstacles::pose(const std::string& name) const {
   std::vector<std::string> names;
   for (const Moving& m : all_) {
-    if (m.setting.name == name) return m.T_world;
+    if (m.setting.name == name) return m.pose.T_world;
     names.push_back(m.setting.name);
   }
   throw usage_error("'" + name + "' is no obstacle that moves" +
@@ -98,14 +93,15 @@ Rigidd MovingObstacles::pose(const std::string& name) const {
 
 void MovingObstacles::begin_frame(double dt_s, double end_s, double end_age_s) {
   for (Moving& m : all_) {
-    const Rigidd before = m.T_world;
-    m.T_world = m.setting.held ? m.next : along_keyframes(m.setting, end_s);
+    if (!m.setting.held) m.pose.next = along_keyframes(m.setting, end_s);
+    const bool moves_there = dt_s > 0 && m.pose.is_placed;
+    const Rigidd before = m.pose.advance(), &T_world = m.pose.T_world;
     m.motion = {};
     m.motion.is_there = 1;
-    Mat3d R = m.T_world.R;
-    Vec3d center_m = m.T_world * m.center_m;
-    if (dt_s > 0 && m.is_placed) {
-      const Vec3d spin = (1 / dt_s) * vector_of_rotation(m.T_world.R * transpose(before.R)),
+    Mat3d R = T_world.R;
+    Vec3d center_m = T_world * m.center_m;
+    if (moves_there) {
+      const Vec3d spin = (1 / dt_s) * vector_of_rotation(T_world.R * transpose(before.R)),
                   velocity = (1 / dt_s) * (center_m - before * m.center_m);
       m.motion.spin_rad_s = vec_cast<float>(spin);
       m.motion.velocity_m_s = vec_cast<float>(velocity);
@@ -113,7 +109,6 @@ void MovingObstacles::begin_frame(double dt_s, double end_s, double end_age_s) {
       R = rotation_from_vector(-end_age_s * spin) * R;
       center_m -= end_age_s * velocity;
     }
-    m.is_placed = true;
     m.motion.R_world_tool = mat_cast<float>(R);
     m.motion.center_m = vec_cast<float>(center_m);
   }
@@ -121,7 +116,7 @@ void MovingObstacles::begin_frame(double dt_s, double end_s, double end_age_s) {
 
 std::vector<Rigidd> MovingObstacles::poses() const {
   std::vector<Rigidd> all;
-  for (const Moving& m : all_) all.push_back(m.T_world);
+  for (const Moving& m : all_) all.push_back(m.pose.T_world);
   return all;
 }
 
@@ -136,7 +131,7 @@ std::vector<Reach> MovingObstacles::reaches() const {
   for (const Moving& m : all_) {
     const Box3f box = bounds(m.mesh);
     const double radius_m = 0.5 * static_cast<double>(length(box.extent()));
-    const Vec3d center_m = m.T_world * m.center_m, half{radius_m, radius_m, radius_m};
+    const Vec3d center_m = m.pose.T_world * m.center_m, half{radius_m, radius_m, radius_m};
     all.push_back({center_m - half, center_m + half,
                    static_cast<double>(length(m.motion.velocity_m_s)) +
                        radius_m * static_cast<double>(length(m.motion.spin_rad_s))});
@@ -148,19 +143,14 @@ std::vector<TriangleMesh> MovingObstacles::meshes() const {
   std::vector<TriangleMesh> all;
   for (const Moving& m : all_) {
     TriangleMesh& mesh = all.emplace_back(m.mesh);
-    for (Vec3f& p : mesh.positions_m) p = vec_cast<float>(m.T_world * vec_cast<double>(p));
-    for (Vec3f& n : mesh.normals) n = vec_cast<float>(m.T_world.R * vec_cast<double>(n));
+    for (Vec3f& p : mesh.positions_m) p = vec_cast<float>(m.pose.T_world * vec_cast<double>(p));
+    for (Vec3f& n : mesh.normals) n = vec_cast<float>(m.pose.T_world.R * vec_cast<double>(n));
   }
   return all;
 }
 
 void MovingObstacles::archive(StateArchive& a) {
-  for (Moving& m : all_) {
-    a.set_owner("obstacle '" + m.setting.name + "'");
-    a.value("pose", m.T_world);
-    a.value("next pose", m.next);
-    a.value("placed", m.is_placed);
-  }
+  for (Moving& m : all_) m.pose.archive(a, "obstacle '" + m.setting.name + "'");
 }
 
 }  // namespace tactus

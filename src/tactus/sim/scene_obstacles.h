@@ -3,8 +3,8 @@
 #include <map>
 
 #include "tactus/contact/obstacles.h"
-#include "tactus/frame/state_archive.h"
 #include "tactus/sim/body/body_shape.h"
+#include "tactus/sim/held_pose.h"
 #include "tactus/sim/reach.h"
 
 namespace tactus {
@@ -46,9 +46,8 @@ class MovingObstacles {
     ObstacleSetting setting;
     TriangleMesh mesh;  ///< in its coordinates, scaled
     Vec3d center_m;     ///< of its box, likewise
-    Rigidd T_world, next;
+    HeldPose pose;
     ToolMotion motion;
-    bool is_placed = false;
   };
   Moving& held(const std::string& name);
   static Rigidd at_rest(const ObstacleSetting& setting);
