@@ -11,7 +11,6 @@
 #include "tactus/multi_device/device_set.h"
 #include "tactus/perception/perception.h"
 #include "tactus/sim/stroke_result.h"
-#include "tactus/world/grab.h"
 #include "tactus/world/scene_parameters.h"
 #include "tactus/world/step_report.h"
 
@@ -19,6 +18,18 @@ namespace tactus {
 
 struct BodyAssets;
 struct Scene;
+
+/// A spring from a point of a body's surface to a target. It is shared among the nodes near the point, as
+/// fingers that pinch tissue hold more than a point of it. Absent values follow from the material and the
+/// lattice.
+struct Grab {
+  std::string body;
+  Vec3d point_m;                   ///< of the surface when the body is grabbed, world; the nearest counts
+  Vec3d target_m;                  ///< world, pulls by stiffness times the way of target beyond point
+  std::optional<double> radius_m;  ///< of the tissue that is held, at rest; absent: 2 spacings
+  std::optional<double> stiffness_N_m;  ///< absent: 8 E radius; a stamp of that radius feels 2.5 E radius
+  std::optional<double> max_force_N;    ///< absent: E pi radius^2 / 2, which strains the tissue by half
+};
 
 /// Owns bodies, liquid, obstacles, probes, cuts and time; one thread calls it. Bodies are stepped by as many
 /// devices as pay, with the same bits; their seen surfaces are on the first.
@@ -43,6 +54,11 @@ class World {
   /// first
   /// @throws Error when 'frame.substeps' is not stable.
   StepReport step(double dt_s);
+  /// step() in parts, for many worlds on one GPU: all submit a frame before any is waited for, each with the
+  /// bits of step(). begin_step() submits work and waits for no GPU. continue_step() waits for that work; it
+  /// submits the frame's next part, or ends the frame with its report. No other call comes between.
+  void begin_step(double dt_s);
+  std::optional<StepReport> continue_step();
   /// Where an obstacle or a blade with `held: true` is at the end of the next frame and from then on; it goes
   /// there evenly, and a blade cuts on the way. It cuts nothing in its first frame, in one of no time, or
   /// where its edge goes farther than 0.2 m. From a robot, a haptic arm, a mouse, a tracker.

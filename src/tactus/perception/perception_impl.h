@@ -37,6 +37,7 @@ struct Perception::Impl {
   float voxel_size_m() const { return fine_.voxel_size_m(); }
   const Box3f& workspace_m() const { return workspace_m_; }
   TriangleMesh download() { return pipeline().download(); }
+  MeshView finished() { return pipeline().finished(); }
 
   /// Stages that make the surface, VisualHull::kMesh, and check it.
   void add_stages(Schedule& schedule, Readback& readback);

@@ -32,7 +32,10 @@ SurfacePipeline::SurfacePipeline(DeviceSet& devices, std::span<const Camera> cam
 }
 
 std::vector<Stage> SurfacePipeline::stages(std::function<void()> upload) {
-  std::vector<Stage> stages = hull_.stages(std::move(upload));
+  std::vector<Stage> stages = hull_.stages([this, upload = std::move(upload)] {
+    is_made_ = true;
+    upload();
+  });
   if (smoothing_)
     stages.push_back({.name = "surface/smooth",
                       .timed_as = "smooth",
@@ -44,6 +47,7 @@ std::vector<Stage> SurfacePipeline::stages(std::function<void()> upload) {
 
 void SurfacePipeline::make(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m) {
   hull_.upload(silhouettes, depths_m);
+  is_made_ = true;
   hull_.reconstruct();
   smooth();
 }
@@ -59,6 +63,20 @@ MeshView SurfacePipeline::surface() const {
 }
 
 void SurfacePipeline::compute_normals() { normals_.compute(devices_.context(0), surface(), voxel_size_m()); }
+
+MeshView SurfacePipeline::finished() {
+  if (!is_made_) return {};
+  compute_normals();
+  const HullReport report = hull_.report();
+  if (report.overflow) throw Error("the surface is incomplete: " + report.overflow->text());
+  MeshView mesh = surface();
+  mesh.positions_m = mesh.positions_m.part(0, report.vertices);
+  mesh.triangles = mesh.triangles.part(0, report.triangles);
+  mesh.normals = normals_.view().part(0, report.vertices);
+  mesh.vertex_count = report.vertices;
+  mesh.triangle_count = report.triangles;
+  return mesh;
+}
 
 TriangleMesh SurfacePipeline::download() {
   compute_normals();

@@ -35,6 +35,9 @@ class SurfacePipeline {
   View<const Vec3f> normals() const { return normals_.view(); }
   /// The surface with its normals, which are computed. Synchronizes.
   TriangleMesh download();
+  /// The same where it lies: views of just its vertices and triangles; empty before the first. Synchronizes.
+  /// @throws Error when it is incomplete, naming the option to raise.
+  MeshView finished();
 
   VisualHull& hull() { return hull_; }
   const VisualHull& hull() const { return hull_; }
@@ -47,6 +50,7 @@ class SurfacePipeline {
   VisualHull hull_;
   std::optional<SurfaceSmoothing> smoothing_;
   SurfaceNormals normals_;
+  bool is_made_ = false;  ///< images came
 };
 
 }  // namespace tactus

@@ -184,79 +184,104 @@ void World::Impl::add_stages() {
 }
 
 StepReport World::Impl::step(double dt_s) {
-  const double begin_s = now_s();
-  timings_.begin_frame();
-  StepReport report;
-  report.notices = std::exchange(start_notices_, {});
-  const double observe_s = seen_.is_new ? seen_.observe_s : 0;
-  if (!std::exchange(is_settled_, true)) settle(report);
-  FrameTimes times = clock_.next(dt_s, seen_.is_new || perception_ == nullptr);
-  report.dt_s = last_dt_s_ = times.dt_s;
-  std::move(times.notices.begin(), times.notices.end(), std::back_inserter(report.notices));
-  const bool is_new = begin_images(report);
-  begin_grab();
-  run_parts(times, is_new, report);
-  if (grab_) report.grab_N = bodies_[grabbed_]->spring().mean_force_N(times.dt_s);
-  cut_bodies(clock_.simulated_s() - times.dt_s, clock_.simulated_s(), report);
-  collect(report);
-  if (is_new) note_latency();
-  timings_.add("frame", begin_s - observe_s, now_s());
-  return report;
+  begin_step(dt_s);
+  for (;;)
+    if (std::optional<StepReport> report = continue_step()) return *std::move(report);
 }
 
-/// The frame's parts, one after the other.
-void World::Impl::run_parts(const FrameTimes& times, bool has_new_images, StepReport& report) {
-  move_tools(times, has_new_images);
+void World::Impl::begin_step(double dt_s) {
+  if (open_)
+    throw usage_error("begin_step: a frame is open, expected continue_step() until it gives a report");
+  OpenFrame frame{.begin_s = now_s()};
+  timings_.begin_frame();
+  frame.report.notices = std::exchange(start_notices_, {});
+  if (seen_.is_new) frame.begin_s -= seen_.observe_s;
+  if (!std::exchange(is_settled_, true)) settle(frame.report);
+  frame.times = clock_.next(dt_s, seen_.is_new || perception_ == nullptr);
+  frame.report.dt_s = last_dt_s_ = frame.times.dt_s;
+  std::move(frame.times.notices.begin(), frame.times.notices.end(), std::back_inserter(frame.report.notices));
+  frame.is_new = frame.uploads = begin_images(frame.report);
+  begin_grab();
+  move_tools(frame.times, frame.is_new);
   contact_log_.begin_frame();
   part_ = 0;
-  if (liquid_) look_ahead_of_liquid(times.dt_s);
-  const double frame_begin_s = clock_.simulated_s() - times.dt_s;
-  double done_s = 0;
-  if (has_new_images && must_look_first(times.dt_s))
-    run_part(times, {}, 0, std::exchange(has_new_images, false));
-  for (FramePart part{.last = false}; !part.last; ++part_) {
-    part = times.dt_s > 0 ? next_part(times.dt_s - done_s, std::abs(times.surface_age_s) + times.dt_s,
-                                      frame_begin_s + done_s, report.substeps)
-                          : FramePart{};
-    if (part.substeps > 0) {
-      for (auto& body : bodies_)
-        body->steps().check(static_cast<float>(part.dt_s), part.substeps, scene_.frame.max_substeps);
-    }
-    if (liquid_ && part.substeps > 0) part.liquid_steps = liquid_->steps_for(part.dt_s);
-    if (liquid_ && part.liquid_steps == 0) liquid_->pass_time(part.dt_s);
-    run_part(times, part, done_s, std::exchange(has_new_images, false));
-    if (part.substeps > 0) collect_bodies(times.dt_s, part.substeps, report);
-    done_s += part.dt_s;
-    report.substeps += part.substeps;
-    report.liquid_steps += part.liquid_steps;
-  }
-  if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
+  if (liquid_) look_ahead_of_liquid(frame.times.dt_s);
+  frame.looks_first = frame.is_new && must_look_first(frame.times.dt_s);
+  submit_part(frame);
+  open_ = std::move(frame);
 }
 
-void World::Impl::run_part(const FrameTimes& times, const FramePart& part, double begin_s,
-                           bool has_new_images) {
+std::optional<StepReport> World::Impl::continue_step() {
+  if (!open_) throw usage_error("continue_step: no frame is open, expected begin_step() before");
+  OpenFrame frame = *std::exchange(open_, std::nullopt);  // one that fails is none any more
+  finish_part(frame);
+  if (!frame.part.last) {
+    submit_part(frame);
+    open_ = std::move(frame);
+    return std::nullopt;
+  }
+  StepReport& report = frame.report;
+  if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
+  if (grab_) report.grab_N = bodies_[grabbed_]->spring().mean_force_N(report.dt_s);
+  cut_bodies(clock_.simulated_s() - report.dt_s, clock_.simulated_s(), report);
+  collect(report);
+  if (frame.is_new) note_latency();
+  timings_.add("frame", frame.begin_s, now_s());
+  return std::move(report);
+}
+
+/// The frame's parts come one after the other.
+void World::Impl::submit_part(OpenFrame& frame) {
+  const FrameTimes& times = frame.times;
+  const double from_s = clock_.simulated_s() - times.dt_s + frame.done_s;
+  FramePart& part = frame.part = {};
+  if (frame.looks_first)
+    part.last = false;
+  else if (times.dt_s > 0)
+    part = next_part(times.dt_s - frame.done_s, std::abs(times.surface_age_s) + times.dt_s, from_s,
+                     frame.report.substeps);
+  if (part.substeps > 0) {
+    for (auto& body : bodies_)
+      body->steps().check(static_cast<float>(part.dt_s), part.substeps, scene_.frame.max_substeps);
+  }
+  if (liquid_ && !frame.looks_first) {
+    if (part.substeps > 0) part.liquid_steps = liquid_->steps_for(part.dt_s);
+    if (part.liquid_steps == 0) liquid_->pass_time(part.dt_s);
+  }
   const auto dt_substep_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.substeps, 1));
-  const double begin_run_s = now_s();
+  frame.part_begin_s = now_s();
   schedule_.run({.dt_s = dt_substep_s,
                  .dt_before_s = last_substep_s_,
                  .dt_capture_s = static_cast<float>(times.dt_capture_s),
-                 .surface_age_s = static_cast<float>(times.surface_age_s + begin_s),
+                 .surface_age_s = static_cast<float>(times.surface_age_s + frame.done_s),
                  .gravity_m_s2 = vec_cast<float>(scene_.gravity_m_s2),
                  .substeps = part.substeps,
                  .part = part_},
-                has_new_images,
+                frame.uploads,
                 {.count = part.liquid_steps,
                  .dt_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.liquid_steps, 1)),
                  .variant = liquid_ ? liquid_->variant() : 0});
-  if (has_new_images) perception_->impl().prepare_check();  // while the devices work
+  if (frame.uploads) perception_->impl().prepare_check();  // while the devices work
   if (part.substeps > 0) last_substep_s_ = dt_substep_s;
+}
+
+void World::Impl::finish_part(OpenFrame& frame) {
+  const FramePart& part = frame.part;
   schedule_.finish(timings_);
   if (liquid_) liquid_->balance(readback_);
   if (liquid_ && part.substeps > 0) liquid_->follow(readback_);
-  if (has_new_images)
-    meshed_s_ = begin_run_s +
+  if (std::exchange(frame.uploads, false))
+    meshed_s_ = frame.part_begin_s +
                 1e-3 * (timings_.last_ms("upload") + timings_.last_ms("hull") + timings_.last_ms("mesh"));
-  if (!has_surface_) return;
+  if (has_surface_) find_component_speeds();
+  if (part.substeps > 0) collect_bodies(frame.times.dt_s, part.substeps, frame.report);
+  frame.done_s += part.dt_s;
+  frame.report.substeps += part.substeps;
+  frame.report.liquid_steps += part.liquid_steps;
+  if (!std::exchange(frame.looks_first, false)) ++part_;
+}
+
+void World::Impl::find_component_speeds() {
   const RealSurfaceReport surface = readback_.get<RealSurfaceReport>(surface_report_)[0];
   component_speeds_ = tool_speeds_;
   for (Index k = 0; k < surface.components.count; ++k) {
@@ -357,10 +382,15 @@ void World::Impl::add_contact(const BodyContact& contact, StepReport& report) {
     add(known->reaction, contact.reaction);
 }
 
-BodyNodes World::Impl::nodes(const std::string& body) {
+const SoftBody& World::Impl::body(const std::string& name) const {
   for (const auto& b : bodies_)
-    if (b->name() == body) return {b->positions_m(context()), b->velocities_m_s(context())};
-  throw usage_error("body '" + body + "' is not in the scene" + suggestion(body, names_of(scene_.bodies)));
+    if (b->name() == name) return *b;
+  throw usage_error("body '" + name + "' is not in the scene" + suggestion(name, names_of(scene_.bodies)));
+}
+
+BodyNodes World::Impl::nodes(const std::string& name) {
+  const SoftBody& of = body(name);
+  return {of.positions_m(context()), of.velocities_m_s(context())};
 }
 
 std::vector<BodyMonitors> World::Impl::monitors() {

@@ -9,6 +9,8 @@ World::~World() = default;
 
 void World::set_surface(Observation observation) { impl_->set_surface(std::move(observation)); }
 StepReport World::step(double dt_s) { return impl_->step(dt_s); }
+void World::begin_step(double dt_s) { impl_->begin_step(dt_s); }
+std::optional<StepReport> World::continue_step() { return impl_->continue_step(); }
 void World::set_pose(const std::string& tool, const Rigidd& T_world_tool, bool at_once) {
   impl_->set_pose(tool, T_world_tool, at_once);
 }

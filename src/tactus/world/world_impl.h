@@ -23,7 +23,6 @@
 #include "tactus/tissue/substep_choice.h"
 #include "tactus/world/contact_log.h"
 #include "tactus/world/energy_watch.h"
-#include "tactus/world/grab.h"
 #include "tactus/world/obstacle_watch.h"
 #include "tactus/world/scene_parameters.h"
 #include "tactus/world/world.h"
@@ -41,6 +40,8 @@ struct World::Impl {
 
   void set_surface(Observation observation);
   StepReport step(double dt_s);
+  void begin_step(double dt_s);
+  std::optional<StepReport> continue_step();
   void set_pose(const std::string& tool, const Rigidd& T_world_tool, bool at_once);
   Rigidd pose(const std::string& tool) const;
   void set_grab(const std::optional<Grab>& grab);
@@ -53,7 +54,7 @@ struct World::Impl {
   void reduce_quality(std::span<const QualityReduction> quality_reductions);
   FrameSnapshot snapshot();
   std::vector<ProbeReading> probes();
-  BodyNodes nodes(const std::string& body);
+  BodyNodes nodes(const std::string& name);
   std::vector<BodyMonitors> monitors();
   std::vector<std::vector<MotionForce>> motion_forces();
 
@@ -66,6 +67,8 @@ struct World::Impl {
   const Timings& timings() const { return timings_; }
   const Schedule& schedule() const { return schedule_; }
   const std::vector<std::unique_ptr<SoftBody>>& bodies() const { return bodies_; }
+  /// @throws usage Error for a body that isn't in the scene, with those that are.
+  const SoftBody& body(const std::string& name) const;
   Perception* perception() const { return perception_; }
   const SceneLiquid* liquid() const { return liquid_.get(); }
   ExecContext& context() { return devices_.context(0); }
@@ -130,8 +133,21 @@ struct World::Impl {
   void settle(StepReport& report);
   void settle_interval(int substeps, StepReport& report);
   double settling_dt_s() const;
-  void run_parts(const FrameTimes& times, bool has_new_images, StepReport& report);
-  void run_part(const FrameTimes& times, const FramePart& part, double begin_s, bool has_new_images);
+  /// A frame between begin_step() and its end.
+  struct OpenFrame {
+    double begin_s = 0;  ///< on the clock of now_s(); with the time that its images took before
+    FrameTimes times{};
+    StepReport report{};
+    bool is_new = false;       ///< its images
+    bool uploads = false;      ///< those are sent with the part that was submitted, or comes
+    bool looks_first = false;  ///< that part only makes the new surface
+    FramePart part{};          ///< that was submitted
+    double part_begin_s = 0;   ///< likewise, on that clock
+    double done_s = 0;         ///< of the frame's simulated time
+  };
+  void submit_part(OpenFrame& frame);
+  void finish_part(OpenFrame& frame);
+  void find_component_speeds();
   void collect(StepReport& report);
   /// After each part of a frame.
   void collect_bodies(double dt_frame_s, int substeps, StepReport& report);
@@ -193,6 +209,7 @@ struct World::Impl {
       component_speeds_;  ///< of the real surface at its capture, and of all that is in tool_speeds_
   std::vector<Reach> tool_speeds_;  ///< of moving obstacles and tracked tools
   int part_ = 0;                    ///< of the frame that runs
+  std::optional<OpenFrame> open_;
   std::vector<CutScore> cuts_;
   std::vector<PlannedLine> plans_;
   int cut_frame_ = 0;
