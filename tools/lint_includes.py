@@ -34,6 +34,12 @@ MAY_INCLUDE_KERNELS = {
     "fluid/wounds.h", "reconstruct/depth/depth_stage.h", "reconstruct/hull_check.h", "reconstruct/hull_plan.h",
     "reconstruct/silhouette_stage.h", "reconstruct/texture/surface_texture.h", "reconstruct/texture/view_scores.h",
 }
+# Python is a program as others are: it includes public headers, and these. None is to be added.
+PYTHON_MAY_INCLUDE = {
+    "base/byte_io.h", "base/free_memory.h", "base/read_file.h", "geom/camera/place_limits.h", "reconstruct/doctor/rig_doctor.h",
+    "reconstruct/surface_pipeline.h", "rig/calibrate/calibrate_cameras.h", "rig/calibrate/coverage.h", "rig/rig_file.h",
+    "run/scene_view.h", "view/renderer.h",
+}
 CUDA_WORD = re.compile(r"__CUDACC__|__CUDA_ARCH__|__device__|__global__")
 
 
@@ -65,6 +71,19 @@ def check(root: pathlib.Path) -> list[str]:
                 problems.append(f"{where}: kernels use the project's own maths, not libm")
             if is_kernels and "atomicAdd" in code:
                 problems.append(f"{where}: no atomics in kernels: gather instead")
+    return problems + check_python(root)
+
+
+def check_python(root: pathlib.Path) -> list[str]:
+    problems = []
+    for file in sorted((root / "python").rglob("*")):
+        if file.suffix not in {".h", ".cpp"}:
+            continue
+        for number, line in enumerate(file.read_text().splitlines(), 1):
+            header = m.group(1) if (m := PATH.search(line)) else ""
+            is_public = (root / "include" / header).is_file() or not header.startswith("tactus/")
+            if not is_public and header.removeprefix("tactus/") not in PYTHON_MAY_INCLUDE:
+                problems.append(f"{file.relative_to(root)}:{number}: Python includes public headers: {header} is none")
     return problems
 
 
@@ -75,6 +94,9 @@ FIXTURES = [
     ("world/a.h", '#include "tactus/reconstruct/visual_hull.h"', "world must not include reconstruct"),
     ("base/a.h", '#include "tactus/compute/view.h"', "base must not include compute"),
     ("include/tactus/world/a.h", '#include "tactus/sim/body/soft_body.h"', "public ones alone"),
+    ("python/src/a.cpp", '#include "tactus/world/world_impl.h"', "Python includes public headers"),
+    ("python/src/a.cpp", '#include "tactus/rig/rig_file.h"', None),
+    ("python/src/a.cpp", '#include "arrays.h"', None),
     ("geom/a.h", '#include "tactus/base/vec.h"', None),
     ("tissue/a.h", '#include "tactus/tissue/tled/element_forces.h"', "holds kernels"),
     ("geom/a.h", '#include "tactus/geom/b_kernels.h"', "holds kernels"),
@@ -94,7 +116,7 @@ def self_test() -> None:
     """Every rule is seen to fail on a file that breaks it."""
     for name, text, message in FIXTURES:
         with tempfile.TemporaryDirectory() as folder:
-            file = pathlib.Path(folder) / (name if name.startswith("include/") else f"src/tactus/{name}")
+            file = pathlib.Path(folder) / (name if name.startswith(("include/", "python/")) else f"src/tactus/{name}")
             file.parent.mkdir(parents=True)
             file.write_text(f"// line 1\n{text}\n")
             found = check(pathlib.Path(folder))
