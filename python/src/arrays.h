@@ -66,6 +66,8 @@ inline py::array_t<double, py::array::c_style | py::array::forcecast> doubles_of
   return py::reinterpret_steal<py::array_t<double, py::array::c_style | py::array::forcecast>>(py::handle());
 }
 
+/// (3,), finite. @throws Error naming the argument, what it got and what it expected.
+Vec3d vec3_of(const char* argument, py::handle value);
 /// A pose: (4, 4), rigid. @throws Error naming the argument, what it got and what it expected.
 Rigidd rigid_of(const char* argument, py::handle value);
 py::array_t<double> array_of(const Rigidd& T);

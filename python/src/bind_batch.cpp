@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <thread>
+#include <utility>
 
 #include "module.h"
 #include "tactus/base/error.h"
@@ -63,30 +65,90 @@ PyBatch make_batch(PyWorld& world, std::int64_t count) {
     throw usage_error("count is " + std::to_string(count) + ", expected at most " + number_text(most) +
                       ": a world takes " + bytes_text(world_bytes) + ", and " +
                       bytes_text(free_bytes(world.devices())) + " of memory are free");
-  while (static_cast<std::int64_t>(batch.worlds.size()) < count)
-    batch.worlds.push_back(copy_of(world, state));
+  batch.worlds.resize(static_cast<std::size_t>(count));
+  cpu_for(count - 1, 1,
+          [&](std::int64_t k) { batch.worlds[static_cast<std::size_t>(k) + 1] = copy_of(world, state); });
   return batch;
 }
 
-/// Worlds on the CPU share its cores, one thread a world: loops within such a loop run on their thread. The
-/// order of a world's arithmetic doesn't depend on it.
-std::vector<StepReport> step(PyBatch& batch, double dt_s) {
-  std::vector<StepReport> reports(batch.worlds.size());
-  std::vector<std::exception_ptr> failures(batch.worlds.size());
-  const auto step_one = [&](std::size_t k) {
+/// A frame of all worlds of a batch.
+class BatchFrame {
+ public:
+  BatchFrame(PyBatch& batch, double dt_s, std::optional<std::int64_t> stream)
+      : worlds_(batch.worlds),
+        dt_s_(dt_s),
+        stream_(stream),
+        reports_(worlds_.size()),
+        failures_(worlds_.size()) {}
+
+  /// One core a world: loops within such a loop run on their thread. The order of a world's arithmetic
+  /// doesn't depend on it.
+  void step_on_cores() {
+    cpu_for(worlds_.size(), 1,
+            [this](std::size_t k) { try_one(k, [&] { reports_[k] = worlds_[k]->step(dt_s_, stream_); }); });
+  }
+  /// A frame of a small world leaves most of a GPU idle, and its host waits for most of the time. So each
+  /// thread submits the frames of its worlds, to streams of their own, before it waits for the first.
+  void step_at_once() {
+    const std::size_t threads = std::min<std::size_t>(
+        {worlds_.size(), std::max(1U, std::thread::hardware_concurrency()), kMostThreads});
+    cpu_for(threads, 1, [&](std::size_t t) {
+      step_share(worlds_.size() * t / threads, worlds_.size() * (t + 1) / threads);
+    });
+  }
+  std::vector<StepReport> reports() {
+    for (const std::exception_ptr& failure : failures_)
+      if (failure) std::rethrow_exception(failure);
+    return std::move(reports_);
+  }
+
+ private:
+  /// A driver takes one call at a time for much of what it does.
+  static constexpr std::size_t kMostThreads = 16;
+
+  template <class F>
+  void try_one(std::size_t k, const F& f) {
     try {
-      reports[k] = batch.worlds[k]->step(dt_s);
+      f();
     } catch (...) {
-      failures[k] = std::current_exception();
+      failures_[k] = std::current_exception();
     }
-  };
-  if (batch.worlds.front()->devices().is_cuda())
-    for (std::size_t k = 0; k < batch.worlds.size(); ++k) step_one(k);
+  }
+  void step_share(std::size_t first, std::size_t last) {
+    std::vector<std::pair<std::size_t, PyWorld::Held>> open;
+    for (std::size_t k = first; k < last; ++k)
+      try_one(k, [&] {
+        PyWorld::Held held = worlds_[k]->get();
+        worlds_[k]->begin_step(dt_s_, stream_);
+        open.emplace_back(k, std::move(held));
+      });
+    while (!open.empty())
+      std::erase_if(open, [&](const auto& world) {
+        const std::size_t k = world.first;
+        bool has_ended = true;
+        try_one(k, [&] {
+          std::optional<StepReport> report = worlds_[k]->continue_step();
+          has_ended = report.has_value();
+          if (report) reports_[k] = *std::move(report);
+        });
+        return has_ended;
+      });
+  }
+
+  const std::vector<std::shared_ptr<PyWorld>>& worlds_;
+  double dt_s_;
+  std::optional<std::int64_t> stream_;
+  std::vector<StepReport> reports_;
+  std::vector<std::exception_ptr> failures_;
+};
+
+std::vector<StepReport> step(PyBatch& batch, double dt_s, std::optional<std::int64_t> stream) {
+  BatchFrame frame(batch, dt_s, stream);
+  if (batch.worlds.front()->devices().device(0).kind() == DeviceKind::cpu)
+    frame.step_on_cores();
   else
-    cpu_for(batch.worlds.size(), 1, step_one);
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
-  return reports;
+    frame.step_at_once();
+  return frame.reports();
 }
 
 std::shared_ptr<PyWorld> world_at(const PyBatch& batch, py::ssize_t k) {
@@ -101,9 +163,10 @@ std::shared_ptr<PyWorld> world_at(const PyBatch& batch, py::ssize_t k) {
 void bind_batch(py::module_& m) {
   constexpr auto kNoGil = py::call_guard<py::gil_scoped_release>();
   py::class_<PyBatch>(m, "Batch", "Independent worlds of one scene, made by World.batch().")
-      .def("step", &step, py::arg("dt_s"), kNoGil,
-           "One frame of dt_s [s] of every world, on all cores. Their StepReports, in order. Each world has "
-           "the bits that it has alone.\n\nRaises the first Error of a world; the others were stepped.")
+      .def("step", &step, py::arg("dt_s"), py::arg("stream") = py::none(), kNoGil,
+           "One frame of dt_s [s] of every world: on all cores, or at once on a GPU. Their StepReports, in "
+           "order. Each world has the bits that it has alone. stream: as World.step's.\n\nRaises the first "
+           "Error of a world; the others were stepped.")
       .def("__len__", [](const PyBatch& batch) { return batch.worlds.size(); })
       .def("__getitem__", &world_at)
       .def("__repr__", [](const PyBatch& batch) {

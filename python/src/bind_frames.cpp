@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "arrays.h"
+#include "device_array.h"
 #include "module.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/camera/place_limits.h"
@@ -171,14 +172,34 @@ void bind_images(py::module_& m) {
           py::arg("camera"), "(height, width) float32, radial [m], of a depth camera; a view");
 }
 
+PyDeviceMesh device_mesh_of(const std::shared_ptr<PyHull>& hull) {
+  return make_device_mesh(hull->devices, "hull", [hull]() -> ShownMesh {
+    const auto lock = hold(hull->devices->calls, "VisualHull");
+    return {device_mesh(hull->pipeline->finished()), hull};
+  });
+}
+
+PyDeviceMesh device_surface_of(const std::shared_ptr<PyPerception>& seen) {
+  return make_device_mesh(seen->devices, "surface", [seen]() -> ShownMesh {
+    const auto lock = hold(seen->devices->calls, "Perception");
+    return {device_surface(*seen->made), seen};
+  });
+}
+
+py::tuple corners_of(const Box3f& box_m) {
+  return py::make_tuple(array_of(vec_cast<double>(box_m.min)), array_of(vec_cast<double>(box_m.max)));
+}
+
 void bind_hull(py::module_& m) {
-  py::class_<PyHull>(m, "VisualHull", "The surface that silhouettes allow.")
+  py::class_<PyHull, std::shared_ptr<PyHull>>(m, "VisualHull", "The surface that silhouettes allow.")
       .def(py::init([](py::handle devices, const Rig& rig, int resolution) {
-             PyHull hull{devices_of(devices), rig, nullptr};
+             auto hull = std::make_shared<PyHull>();
+             hull->devices = devices_of(devices);
+             hull->rig = rig;
              const py::gil_scoped_release free;
-             const auto lock = hold(hull.devices->calls, "VisualHull");
-             hull.pipeline =
-                 std::make_unique<SurfacePipeline>(*hull.devices, hull.rig.cameras, hull.rig.depth_cameras,
+             const auto lock = hold(hull->devices->calls, "VisualHull");
+             hull->pipeline =
+                 std::make_unique<SurfacePipeline>(*hull->devices, rig.cameras, rig.depth_cameras,
                                                    SurfaceOptions{.hull = {.workspace_m = rig.workspace_m,
                                                                            .resolution = resolution,
                                                                            .slack_px = rig.slack_px}});
@@ -187,12 +208,15 @@ void bind_hull(py::module_& m) {
            py::arg("devices"), py::arg("rig"), py::arg("resolution") = 100)
       .def(
           "reconstruct",
-          [](PyHull& hull, const FrameSet& frame) {
+          [](PyHull& hull, const FrameSet& frame, std::optional<std::int64_t> stream) {
             const auto lock = hold(hull.devices->calls, "VisualHull");
+            hull.devices->wait_for(stream);
             hull.pipeline->make(frame.silhouettes, frame.depths_m);
             return std::make_shared<TriangleMesh>(hull.pipeline->download());
           },
-          py::arg("frame"), py::call_guard<py::gil_scoped_release>(), "The mesh of a Frame, with normals.")
+          py::arg("frame"), py::arg("stream") = py::none(), py::call_guard<py::gil_scoped_release>(),
+          "The mesh of a Frame, with normals. stream: as World.step's.")
+      .def("device_mesh", &device_mesh_of, "The last mesh where it was computed: a DeviceMesh.")
       .def_property_readonly("voxel_size_m",
                              [](const PyHull& hull) { return hull.pipeline->voxel_size_m(); });
 }
@@ -200,13 +224,13 @@ void bind_hull(py::module_& m) {
 }  // namespace
 
 std::shared_ptr<PyPerception> perception_of(const SharedDevices& devices, const PyScene& scene,
-                                            const Rig& rig) {
+                                            const Rig& rig, bool can_reduce) {
   auto seen = std::make_shared<PyPerception>();
   seen->devices = devices;
   seen->scene = scene.scene;
   seen->rig = rig;
   seen->assets = load_body_assets(scene.scene);
-  seen->made = make_perception(*devices, seen->scene, seen->rig, seen->assets);
+  seen->made = make_perception(*devices, seen->scene, seen->rig, seen->assets, can_reduce);
   return seen->made == nullptr ? nullptr : seen;
 }
 
@@ -218,16 +242,17 @@ void bind_frames(py::module_& m) {
       .def_readonly("notices", &Observation::notices);
   py::class_<PyPerception, std::shared_ptr<PyPerception>>(
       m, "Perception", "From images to the surface that touches bodies; for one World.")
-      .def(py::init([](py::handle devices, const PyScene& scene, const Rig& rig) {
+      .def(py::init([](py::handle devices, const PyScene& scene, const Rig& rig, bool can_reduce) {
              const SharedDevices on = devices_of(devices);
              const py::gil_scoped_release free;
              const auto lock = hold(on->calls, "Perception");
-             auto seen = perception_of(on, scene, rig);
+             auto seen = perception_of(on, scene, rig, can_reduce);
              if (seen == nullptr)
                throw usage_error("rig has no cameras: a World without them needs no Perception");
              return seen;
            }),
-           py::arg("devices"), py::arg("scene"), py::arg("rig"))
+           py::arg("devices"), py::arg("scene"), py::arg("rig"), py::arg("can_reduce") = false,
+           "can_reduce: prepares for World.reduce_quality, which takes memory.")
       .def(
           "observe",
           [](PyPerception& p, const std::shared_ptr<FrameSet>& frame, double dt_s) {
@@ -244,7 +269,20 @@ void bind_frames(py::module_& m) {
             const auto lock = hold(p.devices->calls, "Perception");
             return std::make_shared<TriangleMesh>(p.made->download());
           },
-          py::call_guard<py::gil_scoped_release>(), "The surface of the last frame.");
+          py::call_guard<py::gil_scoped_release>(), "The surface of the last frame.")
+      .def("device_surface", &device_surface_of, "The same where it was computed: a DeviceMesh.")
+      .def(
+          "last_notices",
+          [](PyPerception& p) {
+            const auto lock = hold(p.devices->calls, "Perception");
+            return p.made->last_notices();
+          },
+          py::call_guard<py::gil_scoped_release>(),
+          "After the last frame: Notices that came later than their frames, as those of the check of masks.")
+      .def_property_readonly("voxel_size_m", [](const PyPerception& p) { return p.made->voxel_size_m(); })
+      .def_property_readonly(
+          "workspace_m", [](const PyPerception& p) { return corners_of(p.made->workspace_m()); },
+          "((3,), (3,)): least and greatest corner");
 }
 
 }  // namespace tactus::python

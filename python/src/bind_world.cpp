@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "arrays.h"
+#include "device_array.h"
 #include "module.h"
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
@@ -12,6 +13,11 @@
 
 namespace tactus::python {
 namespace {
+
+/// By QualityReduction.
+constexpr const char* kReductions[] = {"photographs", "hull", "liquid", "samples"};
+static_assert(std::size(kReductions) == kQualityReductions);
+const char* word_of(QualityReduction reduction) { return kReductions[static_cast<std::size_t>(reduction)]; }
 
 /// Reads and sets parameters as a dict does.
 struct PyParameters {
@@ -35,7 +41,7 @@ PyWorld::PyWorld(SharedDevices devices, PyScene scene, std::shared_ptr<PyPercept
   if (perception_ != nullptr && perception_->devices != devices_)
     throw usage_error("perception is on other devices than this World: expected the same Devices object");
   const auto lock = hold(devices_->calls, "World");
-  world_ = std::make_unique<World>(*devices_, scene_.scene, assets_,
+  world_ = std::make_shared<World>(*devices_, scene_.scene, assets_,
                                    perception_ != nullptr ? perception_->made.get() : nullptr);
   if (perception_ != nullptr) perception_->has_world = true;
 }
@@ -46,17 +52,28 @@ void PyWorld::set_surface(const Observation& seen) {
   if (seen.is_new) lost_images_ = false;
 }
 
-StepReport PyWorld::step(double dt_s) {
+StepReport PyWorld::step(double dt_s, std::optional<std::int64_t> stream) {
+  const Held world = get();
+  begin_step(dt_s, stream);
+  for (;;)
+    if (std::optional<StepReport> report = continue_step()) return *std::move(report);
+}
+
+void PyWorld::begin_step(double dt_s, std::optional<std::int64_t> stream) {
   if (!(dt_s >= 0 && std::isfinite(dt_s)))
     throw usage_error("dt_s is " + number_text(dt_s) +
                       ", expected the time since the last frame [s], 0 or more");
-  const Held world = get();
   if (lost_images_)
     throw usage_error(
         "step: a loop failed with this World's last images, expected set_surface() with new "
         "ones before");
-  StepReport report = world->step(dt_s);
-  if (perception_ != nullptr) perception_->frame.reset();
+  devices_->wait_for(stream);
+  world_->begin_step(dt_s);
+}
+
+std::optional<StepReport> PyWorld::continue_step() {
+  std::optional<StepReport> report = world_->continue_step();
+  if (report && perception_ != nullptr) perception_->frame.reset();
   return report;
 }
 
@@ -104,7 +121,7 @@ void PyWorld::load_state(const std::string& bytes) {
       throw usage_error(
           "load_state: this World was cut and is in a FrameLoop, which goes on with it: expected a call "
           "after run()");
-    world_ = std::make_unique<World>(*devices_, scene_.scene, assets_);
+    world_ = std::make_shared<World>(*devices_, scene_.scene, assets_);
   }
   world_->load_state(bytes.substr(head.size()));
 }
@@ -112,90 +129,6 @@ void PyWorld::load_state(const std::string& bytes) {
 namespace {
 
 constexpr auto kNoGil = py::call_guard<py::gil_scoped_release>();
-
-template <class T>
-std::shared_ptr<TriangleMesh> part_of(const std::shared_ptr<T>& owner, const TriangleMesh& mesh) {
-  return {owner, const_cast<TriangleMesh*>(&mesh)};  // pybind11 knows no const; its arrays are read-only
-}
-
-void bind_reports(py::module_& m) {
-  py::class_<Notice>(m, "Notice", "Something that a frame has to say.")
-      .def_readonly("code", &Notice::code, "stable, for programs: 'hull.overflow'")
-      .def_property_readonly("severity", [](const Notice& n) { return severity_text(n.severity); })
-      .def_readonly("text", &Notice::text)
-      .def_readonly("remedy", &Notice::remedy)
-      .def("__repr__",
-           [](const Notice& n) { return std::string(severity_text(n.severity)) + ": " + n.message(); });
-  py::class_<BodyContact>(m, "Reaction", "Of a body on a thing that it touched, over a frame.")
-      .def_readonly("body", &BodyContact::body)
-      .def_readonly("other", &BodyContact::component,
-                    "a component of the real surface by its label, an obstacle or a body by its name")
-      .def_property_readonly(
-          "force_N", [](const BodyContact& c) { return array_of(vec_cast<double>(c.reaction.force_N)); },
-          "(3,) mean force on the other thing, world")
-      .def_property_readonly(
-          "impulse_N_s",
-          [](const BodyContact& c) { return array_of(vec_cast<double>(c.reaction.impulse_N_s)); })
-      .def("__repr__",
-           [](const BodyContact& c) { return "tactus.Reaction('" + c.body + "' on '" + c.component + "')"; });
-  py::class_<StepReport>(m, "StepReport", "How a frame went.")
-      .def_readonly("substeps", &StepReport::substeps)
-      .def_readonly("liquid_steps", &StepReport::liquid_steps)
-      .def_readonly("dt_s", &StepReport::dt_s, "simulated")
-      .def_readonly("contacts", &StepReport::contacts)
-      .def_readonly("notices", &StepReport::notices)
-      .def(
-          "force_N",
-          [](const StepReport& r, const std::string& other) {
-            Vec3d sum{};
-            for (const BodyContact& c : r.contacts)
-              if (c.component == other) sum += vec_cast<double>(c.reaction.force_N);
-            return array_of(sum);
-          },
-          py::arg("other"), "(3,) mean force of all bodies on a thing; 0 where nothing touches it")
-      .def("__repr__", [](const StepReport& r) {
-        return "tactus.StepReport(" + std::to_string(r.substeps) + " substeps, " +
-               std::to_string(r.contacts.size()) + " contacts, " + std::to_string(r.notices.size()) +
-               " notices)";
-      });
-  py::class_<BodyMonitors>(m, "Monitors", "Of a body as a whole.")
-      .def_readonly("kinetic_J", &BodyMonitors::kinetic_J)
-      .def_readonly("elastic_J", &BodyMonitors::elastic_J)
-      .def_readonly("volume_m3", &BodyMonitors::volume_m3)
-      .def_readonly("min_J", &BodyMonitors::min_J, "smallest ratio of a cube's volume to that at rest")
-      .def_readonly("inverted_cubes", &BodyMonitors::inverted_cubes)
-      .def_property_readonly("momentum_kg_m_s",
-                             [](const BodyMonitors& b) { return array_of(b.momentum_kg_m_s); })
-      .def_property_readonly("angular_momentum_kg_m2_s",
-                             [](const BodyMonitors& b) { return array_of(b.angular_momentum_kg_m2_s); });
-}
-
-void bind_snapshot(py::module_& m) {
-  py::class_<FrameSnapshot, std::shared_ptr<FrameSnapshot>>(m, "Snapshot",
-                                                            "Meshes of a frame: they stay as they are.")
-      .def_property_readonly(
-          "real", [](const std::shared_ptr<FrameSnapshot>& s) { return part_of(s, s->real); },
-          "the reconstructed surface")
-      .def_property_readonly(
-          "bodies",
-          [](const std::shared_ptr<FrameSnapshot>& s) {
-            std::vector<std::shared_ptr<TriangleMesh>> all;
-            for (const TriangleMesh& mesh : s->bodies) all.push_back(part_of(s, mesh));
-            return all;
-          },
-          "in the scene's order")
-      .def_property_readonly(
-          "obstacles",
-          [](const std::shared_ptr<FrameSnapshot>& s) {
-            std::vector<std::shared_ptr<TriangleMesh>> all;
-            for (const TriangleMesh& mesh : s->obstacles) all.push_back(part_of(s, mesh));
-            return all;
-          },
-          "those that move, in the scene's order")
-      .def_property_readonly(
-          "liquid", [](py::object self) { return view_of(self.cast<FrameSnapshot&>().liquid_m, self); },
-          "(particles, 3) float32 [m]");
-}
 
 /// Arrays, one entry a contact.
 py::dict contacts_of(PyWorld& world, const std::string& body) {
@@ -305,6 +238,92 @@ py::array node_array(PyWorld& world, const std::string& body, bool velocities) {
   return view_of(*nodes, owner);
 }
 
+/// A world that an array keeps: this one, though load_state() replaces it, with all that it stands on.
+struct KeptWorld {
+  std::shared_ptr<PyWorld> stands_on;
+  std::shared_ptr<World> world;
+};
+
+template <View<const Vec3f> DeviceNodes::*kPart>
+PyDeviceArray device_nodes_of(const std::shared_ptr<PyWorld>& world, const std::string& body) {
+  const char* const what = kPart == &DeviceNodes::positions_m ? "positions" : "velocities";
+  return make_device_array(world->shared_devices(), "'" + body + "': " + what, [world, body]() -> ShownRows {
+    const PyWorld::Held held = world->get();
+    const View<const Vec3f> of = device_nodes(*held, body).*kPart;
+    return {of.data(), of.size(), true, std::make_shared<KeptWorld>(world, world->shared())};
+  });
+}
+
+PyDeviceMesh device_surface_of(const std::shared_ptr<PyWorld>& world, const std::string& body) {
+  return make_device_mesh(world->shared_devices(), "'" + body + "'", [world, body]() -> ShownMesh {
+    const PyWorld::Held held = world->get();
+    return {device_surface(*held, body), std::make_shared<KeptWorld>(world, world->shared())};
+  });
+}
+
+Grab make_grab(const std::string& body, py::handle point_m, py::handle target_m,
+               std::optional<double> radius_m, std::optional<double> stiffness_N_m,
+               std::optional<double> max_force_N) {
+  return {body,       vec3_of("point_m", point_m), vec3_of("target_m", target_m), radius_m, stiffness_N_m,
+          max_force_N};
+}
+
+void set_grab(PyWorld& world, const std::optional<Grab>& grab) { world.get()->set_grab(grab); }
+
+py::dict motion_forces_of(PyWorld& world) {
+  std::vector<std::vector<MotionForce>> all;
+  {
+    const py::gil_scoped_release free;
+    all = world.get()->motion_forces();
+  }
+  py::dict by_body;
+  for (std::size_t b = 0; b < all.size(); ++b) {
+    py::list regions;
+    for (const MotionForce& f : all[b])
+      regions.append(py::make_tuple(array_of(f.force_N), array_of(f.torque_N_m)));
+    by_body[py::str(world.scene().bodies[b].name)] = regions;
+  }
+  return by_body;
+}
+
+py::dict timings_of(PyWorld& world) {
+  const PyWorld::Held held = world.get();
+  py::dict by_stage;
+  for (const std::string& stage : held->timings().stages())
+    by_stage[py::str(stage)] = held->timings().last_ms(stage);
+  return by_stage;
+}
+
+void reduce_quality(PyWorld& world, const std::vector<std::string>& reductions) {
+  std::vector<QualityReduction> chosen;
+  for (const std::string& word : reductions) {
+    const auto* const known = std::find(std::begin(kReductions), std::end(kReductions), word);
+    if (known == std::end(kReductions))
+      throw usage_error("reductions has '" + word +
+                        "', expected 'photographs', 'hull', 'liquid' or 'samples'");
+    chosen.push_back(static_cast<QualityReduction>(known - std::begin(kReductions)));
+  }
+  world.get()->reduce_quality(chosen);
+}
+
+void bind_grab(py::module_& m) {
+  py::class_<Grab>(m, "Grab",
+                   "A spring from a point of a body's surface to a target, shared among nodes near it.")
+      .def(py::init(&make_grab), py::arg("body"), py::arg("point_m"), py::arg("target_m"),
+           py::arg("radius_m") = py::none(), py::arg("stiffness_N_m") = py::none(),
+           py::arg("max_force_N") = py::none(),
+           "point_m: (3,) of the surface when the body is grabbed, world. target_m: (3,), which pulls by "
+           "stiffness times its way beyond point_m. radius_m: of the tissue that is held, at rest; None: two "
+           "spacings. stiffness_N_m: None: 8 E radius. max_force_N: None: E pi radius^2 / 2.")
+      .def_readonly("body", &Grab::body)
+      .def_property_readonly("point_m", [](const Grab& g) { return array_of(g.point_m); })
+      .def_property_readonly("target_m", [](const Grab& g) { return array_of(g.target_m); })
+      .def_readonly("radius_m", &Grab::radius_m)
+      .def_readonly("stiffness_N_m", &Grab::stiffness_N_m)
+      .def_readonly("max_force_N", &Grab::max_force_N)
+      .def("__repr__", [](const Grab& g) { return "tactus.Grab('" + g.body + "')"; });
+}
+
 std::shared_ptr<PyWorld> make_world(py::handle devices, const PyScene& scene,
                                     std::shared_ptr<PyPerception> perception) {
   SharedDevices on = perception != nullptr && py::isinstance<py::str>(devices) &&
@@ -318,29 +337,32 @@ std::shared_ptr<PyWorld> make_world(py::handle devices, const PyScene& scene,
 }  // namespace
 
 void bind_world(py::module_& m) {
-  bind_reports(m);
-  bind_snapshot(m);
   bind_parameters(m);
+  bind_grab(m);
   py::class_<PyWorld, std::shared_ptr<PyWorld>>(m, "World", "Soft bodies, liquid and obstacles of a scene.")
       .def(py::init(&make_world), py::arg("devices"), py::arg("scene"), py::arg("perception") = nullptr,
            "devices: 'cpu', 'cuda:0', .. or a Devices. perception: where cameras see something; its Devices.")
-      .def("step", &PyWorld::step, py::arg("dt_s"), kNoGil,
-           "One frame of dt_s [s] since the last one. Other Python threads run meanwhile.")
+      .def("step", &PyWorld::step, py::arg("dt_s"), py::arg("stream") = py::none(), kNoGil,
+           "One frame of dt_s [s] since the last one. Other Python threads run meanwhile. stream: a CUDA "
+           "stream that still reads a DeviceArray; the frame begins after all that it has to do now.")
       .def("set_surface", &PyWorld::set_surface, py::arg("observation"),
            "The next step has the surface of these images.")
       .def(
           "set_pose",
-          [](PyWorld& w, const std::string& obstacle, py::handle T) {
-            w.get()->set_pose(obstacle, rigid_of("T_world_obstacle", T));
+          [](PyWorld& w, const std::string& tool, py::handle T, bool at_once) {
+            w.get()->set_pose(tool, rigid_of("T_world_tool", T), at_once);
           },
-          py::arg("obstacle"), py::arg("T_world_obstacle"),
-          "Where an obstacle with 'held: true' is at the end of the next frame: (4, 4), [m].")
+          py::arg("tool"), py::arg("T_world_tool"), py::arg("at_once") = false,
+          "Where an obstacle or a blade with 'held: true' is at the end of the next frame: (4, 4), [m]. It "
+          "goes "
+          "there evenly, and a blade cuts on the way. at_once: it is put down there, not led.")
       .def(
-          "pose",
-          [](const std::shared_ptr<PyWorld>& w, const std::string& obstacle) {
-            return array_of(w->get()->pose(obstacle));
-          },
-          py::arg("obstacle"), "(4, 4)")
+          "pose", [](PyWorld& w, const std::string& tool) { return array_of(w.get()->pose(tool)); },
+          py::arg("tool"), "(4, 4): where a held blade, or an obstacle that moves, is now.")
+      .def(
+          "set_grab", &set_grab, py::arg("grab"),
+          "From the next frame on this Grab's spring pulls; None: none does. The same body, point and radius "
+          "as before are the same grab, whose target and strength change. StepReport.grab_N is its force.")
       .def_property_readonly("parameters", [](const std::shared_ptr<PyWorld>& w) { return PyParameters{w}; })
       .def(
           "report_contacts", [](PyWorld& w, const std::string& body) { w.get()->report_contacts(body); },
@@ -358,6 +380,30 @@ void bind_world(py::module_& m) {
       .def(
           "velocities", [](PyWorld& w, const std::string& body) { return node_array(w, body, true); },
           py::arg("body"), "(nodes, 3) float32 [m/s]")
+      .def("device_positions", &device_nodes_of<&DeviceNodes::positions_m>, py::arg("body"),
+           "The same where they were computed: a DeviceArray.")
+      .def("device_velocities", &device_nodes_of<&DeviceNodes::velocities_m_s>, py::arg("body"), "Likewise.")
+      .def("device_surface", &device_surface_of, py::arg("body"),
+           "The surface of a body that snapshot() copies, where it was computed: a DeviceMesh.")
+      .def(
+          "motion_forces", &motion_forces_of,
+          "By body: (force_N (3,), torque_N_m (3,)) of each of its 'moved' regions on it, mean over the last "
+          "frame; the torque about the region's pivot.")
+      .def(
+          "stroke_results", [](PyWorld& w) { return w.get()->stroke_results(); }, kNoGil,
+          "Of the blades so far.")
+      .def("timings_ms", &timings_of, "By stage: milliseconds in the last frame that had it.")
+      .def(
+          "quality_reductions",
+          [](PyWorld& w) {
+            py::list names;
+            for (const QualityReduction q : w.get()->quality_reductions()) names.append(word_of(q));
+            return names;
+          },
+          "That reduce_quality() can make, the one that is missed least first.")
+      .def("reduce_quality", &reduce_quality, py::arg("reductions"),
+           "From the next new images on, frames make these reductions and no others. For a Perception with "
+           "can_reduce.")
       .def(
           "monitors", [](PyWorld& w) { return w.get()->monitors(); }, kNoGil,
           "Of every body, in the scene's order.")

@@ -5,7 +5,7 @@
 
 #include "arrays.h"
 #include "tactus/base/error.h"
-#include "tactus/base/log.h"
+#include "tactus/world/device_results.h"
 
 namespace tactus::python {
 
@@ -19,6 +19,16 @@ std::string kind_of(py::handle value) {
 
 void refuse(const std::string& argument, py::handle value, const std::string& expected) {
   throw usage_error(argument + " is " + kind_of(value) + ", expected " + expected);
+}
+
+Vec3d vec3_of(const char* argument, py::handle value) {
+  const std::string expected = "(x, y, z) [m]";
+  const auto array = doubles_of(value);
+  if (!array || array.ndim() != 1 || array.shape(0) != 3) refuse(argument, value, expected);
+  const Vec3d v{array.at(0), array.at(1), array.at(2)};
+  if (!std::isfinite(v.x + v.y + v.z))
+    throw usage_error(std::string(argument) + " is not finite, expected " + expected);
+  return v;
 }
 
 Rigidd rigid_of(const char* argument, py::handle value) {
@@ -92,6 +102,14 @@ std::unique_lock<std::mutex> hold(std::mutex& calls, const char* object) {
   return lock;
 }
 
+void PyDevices::wait_for(std::optional<std::int64_t> stream) {
+  if (!stream) return;
+  if (*stream < 0)
+    throw usage_error("stream is " + std::to_string(*stream) +
+                      ", expected a CUDA stream, as torch.cuda.current_stream().cuda_stream, or None");
+  wait_for_stream(*this, static_cast<std::uintptr_t>(*stream));
+}
+
 SharedDevices devices_of(py::handle value) {
   if (py::isinstance<PyDevices>(value)) return value.cast<SharedDevices>();
   if (!py::isinstance<py::str>(value)) refuse("devices", value, "a str, as 'cpu' or 'cuda:0', or a Devices");
@@ -115,6 +133,8 @@ PYBIND11_MODULE(_tactus, m) {
       .def("__repr__",
            [](const tactus::python::PyDevices& d) { return "tactus.Devices('" + d.name() + "')"; });
   tactus::python::bind_scene(m);
+  tactus::python::bind_results(m);
+  tactus::python::bind_device(m);
   tactus::python::bind_world(m);
   tactus::python::bind_frames(m);
   tactus::python::bind_source(m);

@@ -19,6 +19,8 @@ namespace py = pybind11;
 /// Devices take one call at a time: streams are not for several threads.
 struct PyDevices : DeviceSet {
   using DeviceSet::DeviceSet;
+  /// From now on, work comes after all that a CUDA stream has to do now. @throws usage Error on a CPU.
+  void wait_for(std::optional<std::int64_t> stream);
   std::mutex calls;
 };
 /// Kept by all that was made on them.
@@ -51,7 +53,7 @@ struct PyPerception {
 };
 /// nullptr for a rig without cameras.
 std::shared_ptr<PyPerception> perception_of(const SharedDevices& devices, const PyScene& scene,
-                                            const Rig& rig);
+                                            const Rig& rig, bool can_reduce = false);
 
 /// A world, and all that it refers to.
 class PyWorld {
@@ -72,6 +74,8 @@ class PyWorld {
   Held get() { return {devices_->calls, *world_}; }
   /// For a loop, which holds its devices.
   World& unheld() { return *world_; }
+  /// Arrays of other libraries outlive a world that load_state() replaces.
+  const std::shared_ptr<World>& shared() const { return world_; }
   const Scene& scene() const { return scene_.scene; }
   const PyScene& described() const { return scene_; }
   const BodyAssets& assets() const { return assets_; }
@@ -82,7 +86,10 @@ class PyWorld {
   void load_state(const std::string& bytes);
   void set_surface(const Observation& seen);
   /// @throws Error unless it is above 0, or 0.
-  StepReport step(double dt_s);
+  StepReport step(double dt_s, std::optional<std::int64_t> stream);
+  /// As World's, by one thread that holds this world all the while.
+  void begin_step(double dt_s, std::optional<std::int64_t> stream);
+  std::optional<StepReport> continue_step();
 
   // For a FrameLoop.
   void begin_loop() { ++loops_; }
@@ -94,7 +101,7 @@ class PyWorld {
   PyScene scene_;
   BodyAssets assets_;
   std::shared_ptr<PyPerception> perception_;
-  std::unique_ptr<World> world_;
+  std::shared_ptr<World> world_;
   int loops_ = 0;  ///< that run
   bool lost_images_ = false;
 };
@@ -109,6 +116,9 @@ struct PyFrameSource {
 };
 
 void bind_scene(py::module_& m);
+/// Before the others.
+void bind_results(py::module_& m);
+void bind_device(py::module_& m);
 void bind_world(py::module_& m);
 void bind_frames(py::module_& m);
 void bind_doctor(py::module_& m);
@@ -133,6 +143,8 @@ TACTUS_BOUND(tactus::Notice);
 TACTUS_BOUND(tactus::BodyContact);
 TACTUS_BOUND(tactus::StepReport);
 TACTUS_BOUND(tactus::BodyMonitors);
+TACTUS_BOUND(tactus::StrokeResult);
+TACTUS_BOUND(tactus::Grab);
 TACTUS_BOUND(tactus::FrameSnapshot);
 TACTUS_BOUND(tactus::SceneParameter);
 TACTUS_BOUND(tactus::Camera);

@@ -4,6 +4,8 @@ from ._tactus import (
     Batch,
     Calibration,
     Camera,
+    DeviceArray,
+    DeviceMesh,
     Devices,
     Diagnosis,
     DoctorFinding,
@@ -12,6 +14,7 @@ from ._tactus import (
     FrameLoop,
     FrameSink,
     FrameSource,
+    Grab,
     Mesh,
     Monitors,
     Notice,
@@ -25,6 +28,7 @@ from ._tactus import (
     Scene,
     Snapshot,
     StepReport,
+    StrokeResult,
     VisualHull,
     World,
     calibrate,
@@ -35,7 +39,7 @@ from ._tactus import (
 )
 
 __all__ = [
-    "Batch", "Calibration", "Camera", "Devices", "Diagnosis", "DoctorFinding", "Error", "Frame", "FrameLoop",
-    "FrameSink", "FrameSource", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception",
-    "Reaction", "Rig", "RunFrame", "Scene", "Snapshot", "StepReport", "VisualHull", "World", "calibrate", "doctor",
+    "Batch", "Calibration", "Camera", "DeviceArray", "DeviceMesh", "Devices", "Diagnosis", "DoctorFinding", "Error", "Frame", "FrameLoop",
+    "FrameSink", "FrameSource", "Grab", "Mesh", "Monitors", "Notice", "Observation", "Parameter", "Parameters", "Perception",
+    "Reaction", "Rig", "RunFrame", "Scene", "Snapshot", "StepReport", "StrokeResult", "VisualHull", "World", "calibrate", "doctor",
     "examine_rig", "open_scene_source", "run", "shared"]

@@ -1,6 +1,7 @@
 """Worlds that are stepped by one call, the environment, and the example."""
 import ast
 import importlib.util
+import json
 import os
 import pathlib
 import subprocess
@@ -147,7 +148,7 @@ def test_stubs_name_what_the_module_has():
     classes = {name: {n for n in vars(c) if not n.startswith("_")} for name, c in vars(module).items()
                if isinstance(c, type) and name != "Error"}
     assert {name: members.get(name) for name in classes} == classes
-    only_types = {"Error", "Contacts", "LensValues", "Probe", "Source"}
+    only_types = {"Error", "Contacts", "Deviation", "HullCounts", "LensValues", "LiquidCounts", "Probe", "Source"}
     assert set(members) - set(classes) == only_types
     functions = {f.name for f in stubs.body if isinstance(f, ast.FunctionDef)}
     assert functions == {n for n, f in vars(module).items() if callable(f) and not isinstance(f, type)}
@@ -191,3 +192,13 @@ def test_types_pass_mypy(tmp_path):
         found = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", os.devnull, *what],
                                env=environment, cwd=package.parent, capture_output=True, text=True)
         assert found.returncode == 0, found.stdout + found.stderr
+
+
+def test_the_rate_of_batches_is_measured(tmp_path):
+    figures = tmp_path / "rate.json"
+    text = subprocess.run([sys.executable, SOURCE / "python/examples/batch_rate.py", "--worlds", "4", "--cubes", "6", "4", "6", "--frames", "2",
+                           "--check", "2", "--json", figures], check=True, capture_output=True, text=True).stdout
+    assert "4 worlds of 144 cubes on cpu" in text and "2 have the bits of their lone runs" in text
+    measured = json.loads(figures.read_text())
+    assert measured["checked"] == [0, 3] and measured["world_frames_per_s"] == pytest.approx(8 / measured["wall_s"])
+    assert measured["force_N"][0] < measured["force_N"][1], "stiffer tissue pushes harder"

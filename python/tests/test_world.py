@@ -127,11 +127,11 @@ def test_parameters_are_a_mapping():
 
 
 @pytest.mark.parametrize("call, message", [
-    (lambda w: w.set_pose("ball", np.eye(3)), r"T_world_obstacle is a float64 array of shape \(3, 3\), expected a \(4, 4\)"),
-    (lambda w: w.set_pose("ball", "up"), r"T_world_obstacle is a str, expected"),
+    (lambda w: w.set_pose("ball", np.eye(3)), r"T_world_tool is a float64 array of shape \(3, 3\), expected a \(4, 4\)"),
+    (lambda w: w.set_pose("ball", "up"), r"T_world_tool is a str, expected"),
     (lambda w: w.set_pose("ball", 2 * np.eye(4)), r"is no rigid pose"),
     (lambda w: w.set_pose("ball", np.full((4, 4), np.nan)), r"is no rigid pose"),
-    (lambda w: w.set_pose("ball", np.eye(4, dtype=complex)), r"T_world_obstacle is a complex128 array"),
+    (lambda w: w.set_pose("ball", np.eye(4, dtype=complex)), r"T_world_tool is a complex128 array"),
     (lambda w: w.set_pose("bal", np.eye(4)), r"'bal'"),
     (lambda w: w.step(float("nan")), r"dt_s is nan, expected"),
     (lambda w: w.step(-1), r"dt_s is -1, expected"),
