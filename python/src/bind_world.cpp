@@ -391,7 +391,7 @@ void bind_world(py::module_& m) {
           "frame; the torque about the region's pivot.")
       .def(
           "stroke_results", [](PyWorld& w) { return w.get()->stroke_results(); }, kNoGil,
-          "Of the blades so far.")
+          "Strokes of the blades so far.")
       .def("timings_ms", &timings_of, "By stage: milliseconds in the last frame that had it.")
       .def(
           "quality_reductions",

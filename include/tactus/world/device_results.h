@@ -17,7 +17,7 @@ class Perception;
 class World;
 struct MeshView;
 
-/// Of a body, in the order of BodyNodes.
+/// Nodes of a body, in the order of BodyNodes.
 struct DeviceNodes {
   View<const Vec3f> positions_m, velocities_m_s;
 };
