@@ -201,8 +201,18 @@ TEST(Grab, RefusesWhatCannotBe) {
             "grab: body 'ghost' has 'contact: false': nothing touches it");
   EXPECT_EQ(message([](Grab& g) { g.point_m.y = 0.12; }),
             "grab: point_m [0, 0.12, 0] is 0.1 m from body 'block', expected at most 0.01 m");
-  EXPECT_EQ(message([](Grab& g) { g.target_m.x = NAN; }), "grab: a point or target that is not finite");
-  EXPECT_EQ(message([](Grab& g) { g.stiffness_N_m = -1; }), "grab: stiffness_N_m is -1, expected > 0");
+  EXPECT_EQ(message([](Grab& g) {
+              g.target_m = {NAN, 0, 0};
+            }),
+            "grab: target_m is [nan, 0, 0], expected to be finite, and at most 1e6 m away");
+  EXPECT_EQ(message([](Grab& g) {
+              g.target_m = {1e30, 0, 0};
+            }),
+            "grab: target_m is [1e+30, 0, 0], expected to be finite, and at most 1e6 m away");
+  EXPECT_EQ(message([](Grab& g) { g.stiffness_N_m = -1; }),
+            "grab: stiffness_N_m is -1, expected > 0 and <= 1e12");
+  EXPECT_EQ(message([](Grab& g) { g.stiffness_N_m = 1e300; }),
+            "grab: stiffness_N_m is 1e+300, expected > 0 and <= 1e12");
   EXPECT_EQ(length(world.step(kFrame_s).grab_N), 0) << "none of them was taken";
 }
 

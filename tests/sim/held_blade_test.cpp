@@ -109,7 +109,7 @@ TEST(HeldBladeAlone, RefusesWrongNamesPosesAndKeys) {
   Rigidd mirrored{Mat3d::identity(), {}};
   mirrored.R(0, 0) = -1;
   EXPECT_EQ(test::message_of([&] { world.set_pose("slicer", mirrored); }, ErrorKind::usage),
-            "pose of blade 'slicer': expected a finite position and a rotation");
+            "pose of blade 'slicer': R mirrors, expected a rotation");
   const auto error_of = [](const std::string& more, const std::string& at) {
     std::string text = kSlicedBlock;
     text.insert(text.find(at), more);

@@ -128,9 +128,30 @@ TEST(HeldObstacle, RefusesWrongNamesAndPoses) {
   EXPECT_EQ(message("bal", {}), "'bal' is no obstacle or blade with 'held: true'; did you mean 'ball'?");
   Rigidd scaled{Mat3d::identity(), {}};
   scaled.R(0, 0) = 2;
-  EXPECT_EQ(message("ball", scaled), "pose of obstacle 'ball': expected a finite position and a rotation");
-  EXPECT_EQ(message("ball", {Mat3d::identity(), {NAN, 0, 0}}),
-            "pose of obstacle 'ball': expected a finite position and a rotation");
+  EXPECT_EQ(message("ball", scaled),
+            "pose of obstacle 'ball': R^T R differs from 1 by 3, expected a rotation: at most 0.001");
+  EXPECT_EQ(
+      message("ball", {Mat3d::identity(), {NAN, 0, 0}}),
+      "pose of obstacle 'ball': its position [nan, 0, 0] m is expected to be finite, and at most 1e6 m away");
+}
+
+/// A program turns a tool by floats: 1,000 small turns leave R^T R off by about 1,000 ulps of a float, 1e-4.
+TEST(HeldObstacle, TakesTheNearestRotationToOneOfFloats) {
+  Scene scene = ball_and_block();
+  DeviceSet devices("cpu");
+  test::FilmedWorld simulation(devices, scene, {}, {});
+  Mat3f turned = Mat3f::identity();
+  const Mat3f step = mat_cast<float>(rotation_from_vector(Vec3d{0.01, 0.02, 0.03}));
+  for (int k = 0; k < 1000; ++k) turned = step * turned;
+  simulation.set_pose("ball", {mat_cast<double>(turned), {0, 1, 0}});
+  simulation.World::step(0);
+  const Mat3d R = simulation.pose("ball").R;
+  const Mat3d product = transpose(R) * R;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(product(i, k), i == k ? 1 : 0, 1e-9) << "exact to what is taken as it is";
+      EXPECT_NEAR(R(i, k), static_cast<double>(turned(i, k)), 1e-3) << "near what was given";
+    }
 }
 
 }  // namespace

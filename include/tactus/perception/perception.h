@@ -34,6 +34,7 @@ struct Observation {
   double observe_s = 0;                    ///< that observe() took
   std::vector<HostTime> times;             ///< of its stages
   std::shared_ptr<const SeenTools> tools;  ///< poses of tracked tools
+  const void* made_by = nullptr;           ///< the Perception's inside: only its World takes it
   std::vector<Notice> notices;
 };
 

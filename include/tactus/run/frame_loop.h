@@ -25,9 +25,9 @@ struct RunProgress {
 ///   const BodyAssets assets = load_body_assets(scene);
 ///   const auto perception = make_perception(devices, scene, source->rig(), assets);
 ///   World world(devices, scene, assets, perception.get());
-///   MeshSink meshes(scene, "out/demo");
+///   const std::unique_ptr<FrameSink> meshes = make_mesh_sink(scene, "out/demo");
 ///   FrameLoop loop(*source, world);
-///   loop.add(meshes);
+///   loop.add(*meshes);
 ///   loop.run();
 class FrameLoop {
  public:

@@ -53,7 +53,7 @@ class RunFrame {
 };
 
 /// Sees each frame of a FrameLoop, in the order in which sinks were added, on the loop's thread. A sink does
-/// long work on a thread of its own (base/worker.h).
+/// long work on a thread of its own.
 class FrameSink {
  public:
   virtual ~FrameSink() = default;

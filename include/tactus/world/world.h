@@ -48,10 +48,12 @@ class World {
   World& operator=(const World&) = delete;
 
   /// The next step has the surface and tools of these images. An observation without new images changes
-  /// nothing: the surface goes on with its motion. @throws usage Error without a Perception.
+  /// nothing: the surface goes on with its motion. @throws usage Error without a Perception, and for an
+  /// observation of another one.
   void set_surface(Observation observation);
   /// One frame. @param dt_s time since the last frame, to the capture of new images or to now; 0 for the
-  /// first
+  /// first. At most 'frame.max_dt_s' of it is simulated. One that is negative, not finite or above 2 s is a
+  /// break of the clock: nothing is simulated, and a notice says so.
   /// @throws Error when 'frame.substeps' is not stable.
   StepReport step(double dt_s);
   /// step() in parts, for many worlds on one GPU: all submit a frame before any is waited for, each with the
@@ -60,8 +62,9 @@ class World {
   void begin_step(double dt_s);
   std::optional<StepReport> continue_step();
   /// Where an obstacle or a blade with `held: true` is at the end of the next frame and from then on; it goes
-  /// there evenly, and a blade cuts on the way. It cuts nothing in its first frame, in one of no time, or
-  /// where its edge goes farther than 0.2 m. From a robot, a haptic arm, a mouse, a tracker.
+  /// there evenly, and a blade cuts on the way. A rotation that is off by up to 1e-3 becomes the nearest. It
+  /// cuts nothing in its first frame, in one of no time, or where its edge goes farther than 0.2 m. From a
+  /// robot, a haptic arm, a mouse, a tracker.
   /// @param at_once it is there from the frame's beginning on: put down elsewhere, not led there
   /// @throws usage Error for a name that nothing held has, with the nearest that something has; and for a
   /// pose that is not finite or not rigid.

@@ -108,15 +108,18 @@ void add_info_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "info",
       "What this machine offers: devices, memory, peers, versions; or what a mesh or label volume holds");
-  command->add_option("file", *file_path,
-                      "a mesh or label volume: bounds, volume, open edges, pieces, labels");
+  CLI::Option* const file = command->add_option(
+      "file", *file_path, "a mesh or label volume: bounds, volume, open edges, pieces, labels");
   command->add_option("--unit-m", *unit_m, "metres per unit of length in the mesh file (0.001: millimetres)")
       ->check(CLI::Range(1e-9, 1000.0));
   add_output(*command, "--json", *json_path, "the same as JSON (-: standard output)");
-  command->add_option("--frame", *frame_of,
-                      "the frame of a scene: its stages in order, what they read and write");
-  command->add_option("--parameters", *parameters_of,
-                      "what of a scene may change while it runs (run --set): values and ranges");
+  CLI::Option* const frame = command->add_option(
+      "--frame", *frame_of, "the frame of a scene: its stages in order, what they read and write");
+  CLI::Option* const parameters =
+      command->add_option("--parameters", *parameters_of,
+                          "what of a scene may change while it runs (run --set): values and ranges");
+  frame->excludes(file)->excludes(parameters)->excludes("--json");
+  parameters->excludes(file)->excludes("--json");
   command->footer(
       "Examples:\n  tactus info --json info.json\n  tactus info --frame scenes/demo.yaml\n  tactus info "
       "--parameters scenes/touch.yaml\n  tactus info liver.nii.gz\n  tactus info scan.stl --unit-m 0.001");

@@ -26,7 +26,7 @@ namespace tactus {
 ///   }
 class StateArchive {
  public:
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
   /// To be filled.
   StateArchive() = default;
   /// To be read. @param bytes of a file, as bytes() made them @param path for messages

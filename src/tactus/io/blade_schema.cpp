@@ -33,12 +33,10 @@ void describe_tracked(FieldVisitor& v, TrackedBladeDescription& t) {
   v.real({"unit_m", "metres per unit of length in the mesh file and of `edge` (0.001: millimetres)"},
          t.unit_m, positive("m", 1000));
   v.list({"edge", "its cutting edge as a polyline, from the tip, in the file's coordinates"},
-         [&t]() -> FieldVisitor::Describe {
-           Vec3d& at = t.edge.emplace_back();
-           return [&at](FieldVisitor& in) {
-             in.vector({"at", "a point of the edge", kRequired}, at, {"", -1e6, 1e6});
-           };
-         });
+         items_of(
+             t.edge, +[](FieldVisitor& in, Vec3d& at) {
+               in.vector({"at", "a point of the edge", kRequired}, at, {"", -1e6, 1e6});
+             }));
   v.real_or_auto(
       {"two_sigma_m",
        "it cuts only while every point of its edge is known so well (95 %); else a notice says so"},
@@ -49,7 +47,7 @@ void describe_tracked(FieldVisitor& v, TrackedBladeDescription& t) {
        "is thinner than a few cubes and dragged through tissue tears it"},
       t.touches);
   v.list({"markers", "square ArUco markers on it; its source must have photographs"},
-         appender(t.markers, describe_marker));
+         items_of(t.markers, describe_marker));
   v.word({"dictionary", "of the markers, the same for all blades"}, t.dictionary, marker_dictionaries());
   for (const BladeMarkerDescription& m : t.markers)
     v.check(m.id < marker_count(t.dictionary), "markers",

@@ -62,9 +62,13 @@ class FieldVisitor {
   using Describe = std::function<void(FieldVisitor&)>;
   /// A mapping inside the mapping.
   virtual void section(const Field& field, const Describe& describe) = 0;
-  /// A list of mappings: `append` adds one element and returns its description.
-  using Append = std::function<Describe()>;
-  virtual void list(const Field& field, const Append& append) = 0;
+  /// A list of mappings.
+  struct Items {
+    std::function<Describe()> append;         ///< adds one element; returns its description
+    std::function<std::size_t()> size;        ///< of those that are there
+    std::function<Describe(std::size_t)> at;  ///< description of one of them
+  };
+  virtual void list(const Field& field, const Items& items) = 0;
 
   /// Rejects the values read unless `ok`: `key` is the place to look at, `message` names the fault and the
   /// values expected.

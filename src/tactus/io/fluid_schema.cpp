@@ -81,9 +81,9 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
             {"top", LiquidOpen::top},
             {"sides", LiquidOpen::sides},
             {"all", LiquidOpen::all}});
-  v.list({"blocks", "boxes that are full of liquid at the start"}, appender(f.blocks, describe_block));
-  v.list({"emitters", "discs from which liquid flows"}, appender(f.emitters, describe_emitter));
-  v.list({"sinks", "boxes that take all liquid that gets there"}, appender(f.sinks, describe_sink));
+  v.list({"blocks", "boxes that are full of liquid at the start"}, items_of(f.blocks, describe_block));
+  v.list({"emitters", "discs from which liquid flows"}, items_of(f.emitters, describe_emitter));
+  v.list({"sinks", "boxes that take all liquid that gets there"}, items_of(f.sinks, describe_sink));
   v.integer({"max_particles", "capacity: when emitters or wounds bring more, the oldest leave"},
             f.max_particles, {"", 1, double{kMostLiquidParticles}});
   v.real({"density_kg_m3", "mass per volume; blood 1060, water 1000"}, f.density_kg_m3,

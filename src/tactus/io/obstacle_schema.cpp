@@ -50,7 +50,7 @@ void describe_obstacle(FieldVisitor& v, ObstacleSetting& o) {
   v.real({"unit_m", "metres per unit of length in the mesh file (0.001: millimetres)"}, o.unit_m,
          positive("m", 1000));
   v.list({"motion", "keyframes that it follows, linear in between; without them it stands still"},
-         appender(o.motion, describe_obstacle_key));
+         items_of(o.motion, describe_obstacle_key));
   v.vector({"axis", "of the angles, world axes"}, o.axis, {"", -1000, 1000});
   v.vector_or_auto({"pivot_m", "a point on that axis, which moves along"}, o.pivot_m, kPosition,
                    "the obstacle's origin");

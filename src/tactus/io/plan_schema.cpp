@@ -13,12 +13,10 @@ void describe_plan(FieldVisitor& v, PlanDescription& p) {
   v.list(
       {"line", "points on the body's surface at rest, each at most a spacing from it; so is what is between",
        kRequired},
-      [&p]() -> FieldVisitor::Describe {
-        Vec3d& at = p.line.emplace_back();
-        return [&at](FieldVisitor& in) {
-          in.vector({"at", "a point of the line", kRequired}, at, kPosition);
-        };
-      });
+      items_of(
+          p.line, +[](FieldVisitor& in, Vec3d& at) {
+            in.vector({"at", "a point of the line", kRequired}, at, kPosition);
+          }));
   v.real_or_auto({"tolerance_m", "the line is followed where a cut is as near"}, p.tolerance_m,
                  positive("m", 1), "`spacing_m` of the body");
   v.check(p.line.size() >= 2, "line",

@@ -119,7 +119,7 @@ void describe_moved(FieldVisitor& v, MovedRegion& m) {
   describe_region(v, m.where);
   v.list({"path", "where it goes: keyframes, linear in between; from rest at 0 s; the last one holds",
           kRequired},
-         appender(m.path, describe_motion_key));
+         items_of(m.path, describe_motion_key));
   v.vector({"axis", "of the angles, world axes"}, m.axis, {"", -1000, 1000});
   v.vector_or_auto({"pivot_m", "a point on that axis, in `frame`"}, m.pivot_m, kPosition,
                    "the middle of the nodes");
@@ -144,7 +144,7 @@ void describe_load(FieldVisitor& v, LoadedRegion& l) {
                  kStress, "none");
   v.list(
       {"over_time", "keyframes of a factor, linear in between, the first and last hold (default: always 1)"},
-      appender(l.over_time, describe_load_key));
+      items_of(l.over_time, describe_load_key));
   const int given = (l.force_n ? 1 : 0) + (l.traction_pa ? 1 : 0) + (l.pressure_pa ? 1 : 0);
   v.check(given == 1, "kind",
           "a load has " + std::to_string(given) +

@@ -10,13 +10,23 @@ inline constexpr Range kPosition{"m", -1000, 1000};
 inline constexpr Range kPoisson{"", -0.99, 0.499};
 inline Range positive(const char* unit, double max) { return {unit, 0, max, true}; }
 
-/// Adds an element to a list of the scene; its description is used before the next is added.
+/// Elements of a list of the scene; a description is used before the next element is added.
 template <class T>
-FieldVisitor::Append appender(std::vector<T>& items, void (*describe)(FieldVisitor&, T&)) {
-  return [&items, describe]() -> FieldVisitor::Describe {
-    T& item = items.emplace_back();
-    return [&item, describe](FieldVisitor& v) { describe(v, item); };
+FieldVisitor::Items items_of(std::vector<T>& items, void (*describe)(FieldVisitor&, T&)) {
+  const auto at = [&items, describe](std::size_t k) -> FieldVisitor::Describe {
+    return [&item = items[k], describe](FieldVisitor& v) { describe(v, item); };
   };
+  return {[&items, at] {
+            items.emplace_back();
+            return at(items.size() - 1);
+          },
+          [&items] { return items.size(); }, at};
+}
+
+/// The part of a scene that is there, or a new one.
+template <class T>
+T& given(std::optional<T>& part) {
+  return part ? *part : part.emplace();
 }
 
 /// A name that files are called by, or results: it must stay in its folder and on its line.
@@ -38,5 +48,8 @@ void check_plans(FieldVisitor& v, const Scene& scene);
 void check_blades(FieldVisitor& v, const Scene& scene);
 /// `body` or `world`.
 void describe_frame_of(FieldVisitor& v, CoordinateFrame& frame);
+
+/// Names that must differ, and those that something must have.
+void check_names(FieldVisitor& v, const Scene& scene);
 
 }  // namespace tactus

@@ -56,7 +56,7 @@ class KeyCollector : public FieldVisitor {
   void real_or_auto(const Field& f, std::optional<double>&, const Range&, const char*) override { add(f); }
   void vector_or_auto(const Field& f, std::optional<Vec3d>&, const Range&, const char*) override { add(f); }
   void section(const Field& f, const Describe&) override { add(f); }
-  void list(const Field& f, const Append&) override { add(f); }
+  void list(const Field& f, const Items&) override { add(f); }
   void check(bool, const char*, const std::string&) override {}
   void only_when(bool, const char*, const char*) override {}
 
@@ -205,7 +205,7 @@ class MappingReader : public FieldVisitor {
     MappingReader(file_, path_of(f), node, line_of(f.name)).read(describe);
   }
 
-  void list(const Field& f, const Append& append) override {
+  void list(const Field& f, const Items& items) override {
     const YAML::Node node = find(f);
     if (!node) return;
     if (!node.IsSequence()) reject(f, node, "a list (each element starts with '- ')");
@@ -215,7 +215,7 @@ class MappingReader : public FieldVisitor {
       const int line = item.IsNull() ? line_of(f.name) : item.Mark().line + 1;
       if (!item.IsMap())
         fail(line, "'" + where + "' is " + value_text(item) + ", expected a mapping of keys");
-      MappingReader(file_, where, item, line).read(append());
+      MappingReader(file_, where, item, line).read(items.append());
     }
   }
 

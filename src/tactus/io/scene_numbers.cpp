@@ -37,9 +37,9 @@ class NumberCollector : public FieldVisitor {
     NumberCollector inside(found_, where_ + f.name + ".");
     describe(inside);
   }
-  void list(const Field& f, const Append& append) override {
+  void list(const Field& f, const Items& items) override {
     NumberCollector inside(found_, where_ + f.name + "[].");
-    append()(inside);
+    items.append()(inside);
   }
   void check(bool, const char*, const std::string&) override {}
   void only_when(bool, const char*, const char*) override {}

@@ -66,9 +66,9 @@ class ReferenceWriter : public FieldVisitor {
     row(f, "mapping", "");
     inner_.emplace_back(path_of(f), describe);
   }
-  void list(const Field& f, const Append& append) override {
+  void list(const Field& f, const Items& items) override {
     row(f, "list of mappings", "");
-    inner_.emplace_back(path_of(f) + "[]", append());
+    inner_.emplace_back(path_of(f) + "[]", items.append());
   }
   void check(bool, const char*, const std::string&) override {}
   void only_when(bool, const char*, const char*) override {}

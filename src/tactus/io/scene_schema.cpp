@@ -48,7 +48,7 @@ void describe_source(FieldVisitor& v, SourceDescription& s) {
 void describe_reconstruction(FieldVisitor& v, ReconstructionDescription& r) {
   v.integer({"resolution", "voxels along the longest side of the workspace"}, r.resolution, {"", 4, 4096});
   v.section({"workspace_m", "box to reconstruct (default: the rig's)"},
-            [&](FieldVisitor& in) { describe_box(in, r.workspace_m.emplace()); });
+            [&](FieldVisitor& in) { describe_box(in, given(r.workspace_m)); });
   v.boolean({"depth", "correct the hull with the depth camera when the source has one"}, r.depth);
   v.boolean({"repair_masks", "fill holes in the mask of a view that alone carves what all others keep"},
             r.repair_masks);
@@ -162,7 +162,7 @@ void describe_material(FieldVisitor& v, MaterialDescription& m) {
           "viscoelastic elements (Prony series): terms that fade after a step of strain, at most 2; "
           "`young_modulus_pa` "
           "and `poisson_ratio` are those at once"},
-         appender(m.relaxation, describe_relaxation));
+         items_of(m.relaxation, describe_relaxation));
   double faded = 0;
   for (const RelaxationDescription& r : m.relaxation) faded += r.share;
   v.check(m.relaxation.size() <= 2, "relaxation",
@@ -206,7 +206,7 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
   v.section({"material", "how it answers to forces"},
             [&](FieldVisitor& in) { describe_material(in, b.material); });
   v.section({"ratio", "hybrid: how much of it is elements"},
-            [&](FieldVisitor& in) { describe_ratio(in, b.ratio.emplace()); });
+            [&](FieldVisitor& in) { describe_ratio(in, given(b.ratio)); });
   v.boolean(
       {"contact",
        "whether the real surface, obstacles and other bodies push it; one that nothing pushes is stepped "
@@ -228,7 +228,7 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
        "force on the blade from it; nothing moves by that"},
       b.cut_energy_j_m2, positive("J/m^2", 1e6), "unknown: no force is reported");
   v.section({"bleeding", "the walls of cuts give off `fluid`, where a particle of it fits"},
-            [&](FieldVisitor& in) { describe_bleeding(in, b.bleeding.emplace()); });
+            [&](FieldVisitor& in) { describe_bleeding(in, given(b.bleeding)); });
   for (const char* key : {"cut_capacity", "cut_energy_j_m2", "bleeding"})
     v.only_when(b.cuttable, key, "'cuttable' is true");
   v.check(
@@ -241,15 +241,15 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
   v.check(!b.cuttable || b.shape.fill == MeshFill::closed, "cuttable",
           "'cuttable' is true, but a shape with 'fill: winding' bounds no solid that could be closed again");
   v.list({"regions", "parts of another model or material; later ones paint over earlier ones"},
-         appender(b.regions, describe_painted));
+         items_of(b.regions, describe_painted));
   v.check(b.bleeding || std::none_of(b.regions.begin(), b.regions.end(),
                                      [](const PaintedRegion& r) { return r.bleeding.has_value(); }),
           "regions", "a region has a factor 'bleeding', but the body has no 'bleeding' with a rate");
-  v.list({"fixed", "regions whose lattice nodes never move"}, appender(b.fixed, describe_fixed));
+  v.list({"fixed", "regions whose lattice nodes never move"}, items_of(b.fixed, describe_fixed));
   v.list({"moved", "regions whose lattice nodes follow a given motion; contact doesn't move them"},
-         appender(b.moved, describe_moved));
+         items_of(b.moved, describe_moved));
   v.list({"loads", "regions of the surface that forces or pressures act on"},
-         appender(b.loads, describe_load));
+         items_of(b.loads, describe_load));
   const bool hybrid = b.material.model == TissueModel::hybrid;
   for (const char* key : {"ratio", "matching_every"}) v.only_when(hybrid, key, "'material.model' is hybrid");
   v.check(
@@ -275,7 +275,7 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
 void describe_blade(FieldVisitor& v, BladeDescription& b) {
   describe_name(v, {"name", "unique name, used in results", kRequired}, b.name);
   v.section({"tracked", "a real tool of known shape that the cameras see, instead of keyframes"},
-            [&](FieldVisitor& in) { describe_tracked(in, b.tracked.emplace()); });
+            [&](FieldVisitor& in) { describe_tracked(in, given(b.tracked)); });
   v.boolean(
       {"held",
        "a program says where it is (`World::set_pose`), instead of keyframes; until then its own "
@@ -284,7 +284,7 @@ void describe_blade(FieldVisitor& v, BladeDescription& b) {
   v.vector({"from_m", "one end of its straight edge, where nothing moves it"}, b.from_m, kPosition);
   v.vector({"to_m", "the other end"}, b.to_m, kPosition);
   v.list({"path", "where it goes: keyframes, linear in between; it cuts from the first to the last"},
-         appender(b.path, describe_blade_key));
+         items_of(b.path, describe_blade_key));
   v.vector({"axis", "of the angles, world axes"}, b.axis, {"", -1000, 1000});
   v.vector_or_auto({"pivot_m", "a point on that axis, which moves along"}, b.pivot_m, kPosition, "`from_m`");
   for (const char* key : {"held", "from_m", "to_m", "path", "axis", "pivot_m"})
@@ -413,28 +413,6 @@ void describe_output(FieldVisitor& v, OutputDescription& o) {
             o.usd_every, {"", 0, 1000000});
 }
 
-template <class T>
-void check_unique_names(FieldVisitor& v, const std::vector<T>& items, const char* key) {
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    const auto same = [&](const T& other) { return other.name == items[i].name; };
-    v.check(std::none_of(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(i), same), key,
-            "two of the '" + std::string(key) + "' have the name '" + items[i].name + "', names must differ");
-  }
-}
-
-void check_probes(FieldVisitor& v, const Scene& scene) {
-  std::vector<std::string> names;
-  for (const BodyDescription& body : scene.bodies) names.push_back(body.name);
-  for (const ProbeDescription& probe : scene.probes) {
-    const bool known = std::find(names.begin(), names.end(), probe.body) != names.end();
-    if (!known) {
-      v.check(false, "probes",
-              "probe '" + probe.name + "' sits on the unknown body '" + probe.body + "'" +
-                  (names.empty() ? "; the scene has no bodies" : suggestion(probe.body, names)));
-    }
-  }
-}
-
 }  // namespace
 
 void describe_scene(FieldVisitor& v, Scene& scene) {
@@ -443,34 +421,29 @@ void describe_scene(FieldVisitor& v, Scene& scene) {
             [&](FieldVisitor& in) { describe_source(in, scene.source); });
   v.section({"reconstruction", "how the real object is rebuilt"},
             [&](FieldVisitor& in) { describe_reconstruction(in, scene.reconstruction); });
-  v.list({"bodies", "the soft bodies"}, appender(scene.bodies, describe_body));
+  v.list({"bodies", "the soft bodies"}, items_of(scene.bodies, describe_body));
   v.list({"obstacles", "what stands still and is touched: a table, a tray"},
-         appender(scene.obstacles, describe_obstacle));
+         items_of(scene.obstacles, describe_obstacle));
   v.list({"blades", "edges that follow keyframes, or real tools, and cut bodies that are `cuttable`"},
-         appender(scene.blades, describe_blade));
+         items_of(scene.blades, describe_blade));
   v.list({"plans", "lines that blades are to follow; the score reports how far cuts are from them"},
-         appender(scene.plans, describe_plan));
+         items_of(scene.plans, describe_plan));
   v.section({"fluid", "a liquid, such as blood, that obstacles, bodies and what is real push"},
-            [&](FieldVisitor& in) { describe_fluid(in, scene.fluid.emplace()); });
+            [&](FieldVisitor& in) { describe_fluid(in, given(scene.fluid)); });
   v.vector({"gravity_m_s2", "acceleration of free fall"}, scene.gravity_m_s2, {"m/s^2", -1000, 1000});
   v.section({"contact", "how bodies meet the real surface, obstacles and one another"},
             [&](FieldVisitor& in) { describe_contact(in, scene.contact); });
   v.section({"frame", "simulated time"}, [&](FieldVisitor& in) { describe_frame(in, scene.frame); });
   v.section({"view", "the picture"}, [&](FieldVisitor& in) { describe_view(in, scene.view); });
   v.list({"probes", "points whose positions over time go into the JSON result"},
-         appender(scene.probes, describe_probe));
+         items_of(scene.probes, describe_probe));
   v.section({"output", "what is written into the output folder"},
             [&](FieldVisitor& in) { describe_output(in, scene.output); });
-  check_unique_names(v, scene.bodies, "bodies");
-  check_unique_names(v, scene.obstacles, "obstacles");
-  check_unique_names(v, scene.blades, "blades");
-  check_unique_names(v, scene.plans, "plans");
+  check_names(v, scene);
   check_plans(v, scene);
   check_blades(v, scene);
   v.check(scene.contact.response == ContactResponse::exact || scene.obstacles.empty(), "contact",
           "'response: paper' knows only the real surface, and the scene has 'obstacles'");
-  check_unique_names(v, scene.probes, "probes");
-  check_probes(v, scene);
 }
 
 }  // namespace tactus

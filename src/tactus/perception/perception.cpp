@@ -82,9 +82,20 @@ std::unique_ptr<Perception> make_perception(DeviceSet& devices, const Scene& sce
 
 Observation Perception::Impl::observe(const FrameSet* frame, double dt_s) {
   const double begin_s = now_s();
-  const FrameTimes times = clock_.next(dt_s, frame != nullptr);  // the World notes its notices
+  // No cone bounds a hull then: it would be all of the workspace.
+  const bool is_blind =
+      frame != nullptr && std::all_of(frame->silhouettes.begin(), frame->silhouettes.end(),
+                                      [](const BitMask& mask) { return mask.words.empty(); });
+  const FrameTimes times = clock_.next(dt_s, frame != nullptr && !is_blind);  // the World notes its notices
   Observation seen;
-  if (frame == nullptr) return seen;
+  seen.made_by = this;
+  if (is_blind) {
+    seen.notices.push_back({"hull.blind", Severity::warning,
+                            "frame " + std::to_string(frame->tick) +
+                                ": no camera has a silhouette; the real surface goes on with its motion",
+                            "look at the cameras and the masks"});
+  }
+  if (frame == nullptr || is_blind) return seen;
   seen.is_new = true;
   seen.tick = frame->tick;
   seen.captured_s = frame->captured_s > 0 ? frame->captured_s : begin_s;

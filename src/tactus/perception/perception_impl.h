@@ -32,6 +32,7 @@ struct Perception::Impl {
   Observation observe(const FrameSet* frame, double dt_s);
   std::vector<Notice> last_notices();
 
+  const DeviceSet& devices() const { return devices_; }
   const TrackedBlades& tracked_blades() const { return tracked_blades_; }
   const VisualHull& hull() const { return pipeline().hull(); }
   float voxel_size_m() const { return fine_.voxel_size_m(); }

@@ -79,6 +79,7 @@ MeshView SurfacePipeline::finished() {
 }
 
 TriangleMesh SurfacePipeline::download() {
+  if (!is_made_) return {};
   compute_normals();
   ExecContext& ctx = devices_.context(0);
   TriangleMesh mesh = hull_.download();

@@ -21,6 +21,7 @@ struct VisualHull::Impl {
   std::vector<Camera> cameras, depth_cameras;
   Box3f workspace_m;
   std::string depth_status;
+  bool has_images = false;
   int slack_px;
   std::vector<BitMask> grown;  ///< silhouettes with their slack
   HullPlan plan;
@@ -117,11 +118,17 @@ VisualHull::VisualHull(VisualHull&&) noexcept = default;
 
 void VisualHull::Impl::check_sizes(std::span<const BitMask> silhouettes,
                                    std::span<const DepthImage> depths_m) const {
-  const auto check = [](const Camera& camera, const char* what, Index width_px, Index height_px) {
-    if (width_px == camera.width_px && height_px == camera.height_px) return;
-    throw Error("camera '" + camera.name + "': the " + what + " has " + std::to_string(width_px) + "x" +
-                std::to_string(height_px) + " pixels, its calibration says " +
-                std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px));
+  const auto check = [](const Camera& camera, const char* what, const auto& image, std::size_t held,
+                        Index row) {
+    if (image.width_px != camera.width_px || image.height_px != camera.height_px)
+      throw Error("camera '" + camera.name + "': the " + what + " has " + std::to_string(image.width_px) +
+                  "x" + std::to_string(image.height_px) + " pixels, its calibration says " +
+                  std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px));
+    const std::size_t expected = static_cast<std::size_t>(row) * static_cast<std::size_t>(image.height_px);
+    if (held != expected)
+      throw Error("camera '" + camera.name + "': the " + what + " holds " + std::to_string(held) +
+                  " values, expected " + std::to_string(expected) + " for its " +
+                  std::to_string(image.width_px) + "x" + std::to_string(image.height_px) + " pixels");
   };
   if (silhouettes.size() != cameras.size()) {
     throw Error(std::to_string(silhouettes.size()) + " silhouettes for " + std::to_string(cameras.size()) +
@@ -133,11 +140,11 @@ void VisualHull::Impl::check_sizes(std::span<const BitMask> silhouettes,
   }
   for (std::size_t c = 0; c < silhouettes.size(); ++c) {
     const BitMask& mask = silhouettes[c];
-    if (!mask.words.empty()) check(cameras[c], "silhouette", mask.width_px, mask.height_px);
+    if (!mask.words.empty()) check(cameras[c], "silhouette", mask, mask.words.size(), mask.words_per_row());
   }
   for (std::size_t d = 0; d < depths_m.size(); ++d) {
     const DepthImage& image = depths_m[d];
-    if (!image.empty()) check(depth_cameras[d], "depth image", image.width_px, image.height_px);
+    if (!image.empty()) check(depth_cameras[d], "depth image", image, image.pixels.size(), image.width_px);
   }
 }
 
@@ -170,6 +177,7 @@ void VisualHull::Impl::stage_depth(std::span<const DepthImage> depths_m, std::ui
 void VisualHull::upload(std::span<const BitMask> silhouettes, std::span<const DepthImage> depths_m) {
   Impl& m = *impl_;
   m.check_sizes(silhouettes, depths_m);
+  m.has_images = true;
   m.depth_status.clear();
   std::uint32_t used = 0;  // bit d: the image of depth camera d
   for (std::size_t d = 0; d < depths_m.size(); ++d) {
@@ -316,6 +324,7 @@ HullReport VisualHull::report(const Readback& readback) const {
 
 HullReport VisualHull::report() {
   Impl& m = *impl_;
+  if (!m.has_images) return {};
   std::vector<PartCounts> counts;
   m.devices.for_each_part(
       [&](ExecContext& ctx, int p) { counts.push_back(to_host(ctx, m.part(p).counts.const_view())[0]); });

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "tactus/base/error.h"
 #include "tactus/geom/mesh/point_in_mesh.h"
+#include "tactus/sim/body/body_point.h"
 
 namespace tactus {
 namespace {
@@ -94,6 +96,46 @@ void report(const SoftBody& body, const std::string& in, const Overlap& found, s
 }
 
 }  // namespace
+
+const Scene& checked(const Scene& scene, const BodyAssets& assets) {
+  const auto at_least_1 = [](const std::string& field, int value) {
+    if (value < 1) throw usage_error("'" + field + "' is " + std::to_string(value) + ", expected at least 1");
+  };
+  const auto finite = [](const std::string& field, Vec3d p) {
+    if (!std::isfinite(p.x + p.y + p.z))
+      throw usage_error("'" + field + "' is " + point_text(p) + ", expected to be finite");
+  };
+  std::set<std::string> names;
+  const auto begin = [&](const std::string& list, const auto& item) {
+    if (!names.insert(item.name).second)
+      throw usage_error("'" + list + "': '" + item.name + "' is the name of two things, names must differ");
+    finite(list + "." + item.name + ".placement.position_m", item.placement.position_m);
+    finite(list + "." + item.name + ".placement.rotation_deg", item.placement.rotation_deg);
+  };
+  const auto has = [](const auto& assets_of, const std::string& thing, const std::string& name) {
+    if (!assets_of.contains(name))
+      throw usage_error(thing + " '" + name +
+                        "': its file isn't among the assets; expected load_body_assets(scene)");
+  };
+  at_least_1("frame.substeps", scene.frame.substeps.value_or(1));
+  at_least_1("frame.max_substeps", scene.frame.max_substeps);
+  at_least_1("contact.every", scene.contact.every);
+  finite("gravity_m_s2", scene.gravity_m_s2);
+  for (const BodyDescription& body : scene.bodies) {
+    begin("bodies", body);
+    at_least_1("bodies." + body.name + ".matching_every", body.matching_every);
+    if (!(body.material.young_modulus_pa > 0))
+      throw usage_error("'bodies." + body.name + ".material.young_modulus_pa' is " +
+                        number_text(body.material.young_modulus_pa) + ", expected > 0 Pa");
+    if (body.shape.kind == ShapeKind::mesh) has(assets.meshes, "body", body.name);
+    if (body.shape.kind == ShapeKind::labels) has(assets.labels, "body", body.name);
+  }
+  for (const ObstacleSetting& obstacle : scene.obstacles) {
+    begin("obstacles", obstacle);
+    if (obstacle.kind == ObstacleShape::mesh) has(assets.obstacle_meshes, "obstacle", obstacle.name);
+  }
+  return scene;
+}
 
 std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
                                       std::span<const ObstacleDescription> obstacles) {

@@ -12,6 +12,11 @@
 
 namespace tactus {
 
+/// A scene that a program changed: read_scene() would refuse these, and a world would end at them.
+/// @returns the scene @throws usage Error naming the field, its value and what is expected; likewise for a
+/// mesh or label volume that `assets` lacks.
+const Scene& checked(const Scene& scene, const BodyAssets& assets);
+
 /// A warning for each body of which more than 5 % lies in an obstacle, or in a body that it touches. Nodes
 /// that are fixed or moved don't count: they may be anywhere.
 std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,

@@ -82,7 +82,7 @@ void add(ColliderReaction& sum, const ColliderReaction& r) {
 
 World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& assets, Perception* perception)
     : devices_(devices),
-      scene_(scene),
+      scene_(checked(scene, assets)),
       perception_(perception),
       sample_spacing_m_(sample_spacing_m(scene, perception)),
       bodies_([&] {
@@ -109,6 +109,8 @@ World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& asse
       is_settled_(scene.frame.start == FrameStart::undeformed),
       timings_(scene.output.trace) {
   check_settles();
+  if (perception != nullptr && &perception->impl().devices() != &devices)
+    throw usage_error("a World's Perception is expected on the same DeviceSet object as the World");
   if (perception != nullptr) tools_.motions = perception->impl().tracked_blades().motions();
   for (const ProbeDescription& probe : scene.probes) add_probe(probe);
   add_plans();

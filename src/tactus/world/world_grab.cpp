@@ -11,15 +11,21 @@
 namespace tactus {
 namespace {
 
-bool is_finite(Vec3d p) { return std::isfinite(p.x + p.y + p.z); }
-
+/// Floats of the devices hold the squares of what is less.
 void check(const Grab& grab) {
-  if (!is_finite(grab.point_m) || !is_finite(grab.target_m))
-    throw usage_error("grab: a point or target that is not finite");
-  const auto positive = [](const char* name, const std::optional<double>& value) {
-    if (value && !(*value > 0 && std::isfinite(*value)))
-      throw usage_error(std::string("grab: ") + name + " is " + number_text(*value) + ", expected > 0");
+  constexpr double kMost = 1e12, kMost_m = 1e6;
+  const auto near = [](const char* name, Vec3d p) {
+    if (!(length(p) <= kMost_m))
+      throw usage_error(std::string("grab: ") + name + " is " + point_text(p) +
+                        ", expected to be finite, and at most 1e6 m away");
   };
+  const auto positive = [](const char* name, const std::optional<double>& value) {
+    if (value && !(*value > 0 && *value <= kMost))
+      throw usage_error(std::string("grab: ") + name + " is " + number_text(*value) +
+                        ", expected > 0 and <= 1e12");
+  };
+  near("point_m", grab.point_m);
+  near("target_m", grab.target_m);
   positive("radius_m", grab.radius_m);
   positive("stiffness_N_m", grab.stiffness_N_m);
   positive("max_force_N", grab.max_force_N);

@@ -11,9 +11,14 @@
 namespace tactus {
 
 void World::Impl::set_surface(Observation observation) {
-  if (!observation.is_new) return;
   if (perception_ == nullptr)
     throw usage_error("a World without a Perception has no real surface: give it one when it is constructed");
+  if (observation.made_by != &perception_->impl())
+    throw usage_error("set_surface: the observation is not of this World's Perception");
+  if (!observation.is_new) {
+    std::move(observation.notices.begin(), observation.notices.end(), std::back_inserter(start_notices_));
+    return;
+  }
   seen_ = std::move(observation);
   if (seen_.tools != nullptr) tools_ = *seen_.tools;
 }

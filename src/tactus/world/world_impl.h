@@ -8,6 +8,7 @@
 
 #include "tactus/base/timing.h"
 #include "tactus/frame/schedule.h"
+#include "tactus/io/scene_fingerprint.h"
 #include "tactus/perception/frame_quality.h"
 #include "tactus/perception/perception_impl.h"
 #include "tactus/sim/blade.h"
@@ -174,6 +175,7 @@ struct World::Impl {
 
   DeviceSet& devices_;
   Scene scene_;
+  const std::uint64_t fingerprint_ = scene_fingerprint(scene_);  ///< before parameters changed it
   Perception* perception_;                               ///< nullptr: no cameras, nothing is reconstructed
   unsigned reductions_made_ = 0, reductions_asked_ = 0;  ///< bits
   float sample_spacing_m_;

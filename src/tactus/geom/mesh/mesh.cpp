@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <string>
+
+#include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
@@ -15,8 +18,19 @@ Index find_root(std::vector<Index>& parent, Index i) {
   return i;
 }
 
+/// Programs make meshes, and a wrong corner would be read anywhere.
+void check_corners(const TriangleMesh& mesh) {
+  const auto vertices = static_cast<Index>(mesh.positions_m.size());
+  for (std::size_t k = 0; k < mesh.triangles.size(); ++k)
+    for (const Index v : mesh.triangles[k])
+      if (v < 0 || v >= vertices)
+        throw Error("triangle " + std::to_string(k) + " of a mesh names vertex " + std::to_string(v) +
+                    ", expected 0 to " + std::to_string(vertices - 1));
+}
+
 template <class F>
 void for_each_triangle(const TriangleMesh& mesh, F&& body) {
+  check_corners(mesh);
   for (const auto& t : mesh.triangles) {
     body(mesh.positions_m[static_cast<std::size_t>(t[0])], mesh.positions_m[static_cast<std::size_t>(t[1])],
          mesh.positions_m[static_cast<std::size_t>(t[2])]);
@@ -26,6 +40,7 @@ void for_each_triangle(const TriangleMesh& mesh, F&& body) {
 }  // namespace
 
 MeshTopology topology(const TriangleMesh& mesh) {
+  check_corners(mesh);
   // A directed edge a->b as (min, max, direction), sorted so that all uses of an edge stand together.
   struct Use {
     Index low, high;
@@ -96,6 +111,7 @@ Box3f bounds(const TriangleMesh& mesh) {
 }
 
 void compute_normals(TriangleMesh& mesh) {
+  check_corners(mesh);
   std::vector<Vec3f> sum(mesh.positions_m.size());
   for (const auto& t : mesh.triangles) {
     const Vec3f a = mesh.positions_m[static_cast<std::size_t>(t[0])];

@@ -30,6 +30,28 @@ struct ChunkHead {
   std::uint64_t bytes = 0, hash = 0;
 };
 
+std::vector<Vec2i> sizes_px(const std::vector<Camera>& cameras) {
+  std::vector<Vec2i> all;
+  for (const Camera& camera : cameras) all.push_back({camera.width_px, camera.height_px});
+  return all;
+}
+
+/// Images that no reader would take: "7 masks, expected 8"; "" for none. An image without pixels was missed.
+template <class Image>
+std::string wrong_images(const std::vector<Image>& images, const std::vector<Vec2i>& sizes_px,
+                         const char* what) {
+  const auto size = [](Vec2i px) { return std::to_string(px.x) + "x" + std::to_string(px.y); };
+  if (!images.empty() && images.size() != sizes_px.size())
+    return std::to_string(images.size()) + " " + what + ", expected " + std::to_string(sizes_px.size());
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    const Vec2i px{images[c].width_px, images[c].height_px};
+    if (px.x * px.y != 0 && (px.x != sizes_px[c].x || px.y != sizes_px[c].y))
+      return std::string(what) + " of " + size(px) + " pixels of camera " + std::to_string(c) +
+             ", expected " + size(sizes_px[c]);
+  }
+  return "";
+}
+
 /// None where the bytes are no head.
 std::optional<ChunkHead> parse_head(const std::string& bytes) {
   ByteReader in(bytes);
@@ -93,7 +115,7 @@ std::string recording_start() {
 }
 
 RecordingWriter::RecordingWriter(const std::string& path, const Rig& rig, std::optional<double> fps)
-    : path_(path) {
+    : path_(path), sizes_px_(sizes_px(rig.cameras)), depth_sizes_px_(sizes_px(rig.depth_cameras)) {
   fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
   if (fd_ < 0) throw Error("can't write '" + path + "': " + system_reason());
   struct stat status {};
@@ -134,6 +156,20 @@ void RecordingWriter::write(std::string_view bytes) {
 
 void RecordingWriter::add(NextFrame next, const FrameSet& frame, const std::string& status) {
   if (next == NextFrame::no_more_data) return;
+  if (!std::isfinite(frame.time_s))
+    throw Error("can't record to '" + path_ + "': frame " + std::to_string(frame.tick) +
+                " has no finite time");
+  if (next == NextFrame::success) {
+    const auto check = [&](const auto& images, const std::vector<Vec2i>& sizes_px, const char* what) {
+      const std::string wrong = wrong_images(images, sizes_px, what);
+      if (!wrong.empty())
+        throw Error("can't record to '" + path_ + "': frame " + std::to_string(frame.tick) + " has " + wrong);
+    };
+    check(frame.silhouettes, sizes_px_, "masks");
+    check(frame.alphas, sizes_px_, "matting images");
+    check(frame.colors, sizes_px_, "photographs");
+    check(frame.depths_m, depth_sizes_px_, "depth images");
+  }
   begin_chunk(chunk_of(next), chunk_);
   put_bytes(chunk_, frame.tick);
   put_bytes(chunk_, frame.time_s);

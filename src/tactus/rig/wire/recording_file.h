@@ -42,7 +42,9 @@ class RecordingWriter {
   RecordingWriter& operator=(const RecordingWriter&) = delete;
 
   /// @param next the source's answer; `no_more_data` is not written
-  /// @param status of the source @throws Error naming the file (disk full, for example).
+  /// @param status of the source
+  /// @throws Error naming the file (disk full, for example), or a frame that no reader would take: without a
+  /// finite time, with images too few, or of other sizes than its cameras'.
   void add(NextFrame next, const FrameSet& frame, const std::string& status);
   /// Says in the file that it is whole, and waits for the disk. @throws Error.
   void finish();
@@ -51,6 +53,7 @@ class RecordingWriter {
   void write_chunk();
   void write(std::string_view bytes);
   std::string path_, chunk_;
+  std::vector<Vec2i> sizes_px_, depth_sizes_px_;  ///< per camera
   int fd_ = -1;
   ImageCoder coder_;
 };

@@ -18,6 +18,7 @@ class UsdSink final : public FrameSink {
 
  private:
   Scene scene_;
+  int every_;  ///< frames
   UsdWriter usd_;
   std::vector<std::string> moving_;  ///< names of obstacles, in the order of snapshots
   int time_code_ = 0;
