@@ -298,6 +298,11 @@ TEST(SceneFile, WrongTypesAndRanges) {
        "2: in 'bodies[0].loads[0]': 'over_time[1].time_s' is 1, expected more than the 1 before it"},
       {"bodies: [{name: a, shape: {kind: box}}, {name: a, shape: {kind: box}}]",
        "2: two of the 'bodies' have the name 'a', names must differ"},
+      {"bodies: [{name: a, shape: {kind: box}}]\nobstacles: [{name: a, kind: plane}]",
+       "3: 'a' is the name of one of the 'bodies', too: names must differ"},
+      {"bodies: [{name: '3', shape: {kind: box}}]",
+       "2: the name '3' is a number, and so are those of the real surface's components: expected one with a "
+       "letter"},
       {"bodies: [{name: cushion, shape: {kind: box}}]\nprobes: [{name: p, body: cusion, position_m: "
        "[0,0,0]}]",
        "3: probe 'p' sits on the unknown body 'cusion'; did you mean 'cushion'?"},

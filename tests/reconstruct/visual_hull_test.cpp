@@ -264,6 +264,23 @@ TEST_P(Hull, OverflowIsAStatusWithItsRemedy) {
   EXPECT_NE(remedies[2].find("triangles, capacity for 3000: raise max_triangles"), std::string::npos);
 }
 
+TEST(Hull, OfNoImagesIsEmptyAndMasksHoldTheirPixels) {
+  DeviceSet set("cpu");
+  const std::vector<Camera> cameras = ring(2);
+  VisualHull hull(set, cameras, {kCube, 32});
+  EXPECT_EQ(hull.report().vertices, 0);
+  EXPECT_TRUE(hull.download().triangles.empty());
+  for (const std::size_t by : {std::size_t{1}, std::size_t{0}}) {
+    std::vector<BitMask> masks(2, BitMask(cameras[0].width_px, cameras[0].height_px));
+    const std::size_t right = masks[1].words.size();
+    masks[1].words.resize(by == 0 ? 3 * right : right - by);
+    EXPECT_EQ(message_of([&] { hull.upload(masks); }),
+              "camera 'cam1': the silhouette holds " + std::to_string(masks[1].words.size()) +
+                  " values, expected " + std::to_string(right) + " for its " +
+                  std::to_string(masks[1].width_px) + "x" + std::to_string(masks[1].height_px) + " pixels");
+  }
+}
+
 TEST(Hull, BadInputIsNamed) {
   DeviceSet set("cpu");
   const std::vector<Camera> cameras = ring(2);

@@ -129,6 +129,27 @@ TEST_F(Recording, GivesTheSetsThatWereWritten) {
   EXPECT_TRUE(frame.depths_m.empty());
 }
 
+TEST_F(Recording, RefusesFramesThatNoReaderTakes) {
+  SyntheticSource source(film());
+  FrameSet frame;
+  source.next(frame);
+  RecordingWriter writer(path("r"), source.rig(), {});
+  const auto message = [&](auto&& edit) {
+    FrameSet edited = frame;
+    edit(edited);
+    return message_of([&] { writer.add(NextFrame::success, edited, ""); });
+  };
+  const std::string start =
+      "can't record to '" + path("r") + "': frame " + std::to_string(frame.tick) + " has ";
+  EXPECT_EQ(message([](FrameSet& f) { f.silhouettes.pop_back(); }), start + "2 masks, expected 3");
+  EXPECT_EQ(message([](FrameSet& f) { f.silhouettes[1] = BitMask(3, 2); }).substr(0, start.size() + 12),
+            start + "masks of 3x2");
+  EXPECT_EQ(message([](FrameSet& f) { f.time_s = NAN; }), start + "no finite time");
+  EXPECT_EQ(message([](FrameSet&) {}), "");
+  writer.finish();
+  EXPECT_EQ(RecordingReader(path("r")).count(), 1) << "nothing else was written";
+}
+
 TEST_F(Recording, KeepsTicksWithoutImages) {
   SyntheticSource source(film());
   FrameSet frame;

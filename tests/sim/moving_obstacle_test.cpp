@@ -3,7 +3,9 @@
 
 #include "support/device_sets.h"
 #include "support/filmed_world.h"
+#include "support/message_of.h"
 #include "tactus/base/error.h"
+#include "tactus/geom/maths/rotation.h"
 #include "tactus/geom/mesh/sphere_surface.h"
 
 namespace tactus {
@@ -152,6 +154,74 @@ TEST(HeldObstacle, TakesTheNearestRotationToOneOfFloats) {
       EXPECT_NEAR(product(i, k), i == k ? 1 : 0, 1e-9) << "exact to what is taken as it is";
       EXPECT_NEAR(R(i, k), static_cast<double>(turned(i, k)), 1e-3) << "near what was given";
     }
+}
+
+/// A state goes to a scene with the same values, whatever its pictures and title; parameters may have
+/// changed.
+TEST(WorldState, IsOfOneScene) {
+  const Scene scene = ball_and_block();
+  DeviceSet devices("cpu");
+  World world(devices, scene, {});
+  world.parameters().set("bodies.block.material.young_modulus_pa", 30000);
+  world.step(kFrame_s);
+  const std::string state = world.save_state();
+  const auto message = [&](auto&& edit) {
+    Scene edited = scene;
+    edit(edited);
+    World other(devices, edited, {});
+    return test::message_of([&] { other.load_state(state); }, ErrorKind::usage);
+  };
+  EXPECT_EQ(message([](Scene&) {}), "");
+  EXPECT_EQ(message([](Scene& s) {
+              s.name = "another title";
+              s.view.camera.azimuth_deg = 10;
+              s.output.mesh_every = 5;
+            }),
+            "");
+  const auto refused = [](const std::string& key) {
+    return "load_state: the state is of a scene with other '" + key + "', or this one was edited since";
+  };
+  EXPECT_EQ(message([](Scene& s) { s.bodies[0].material.young_modulus_pa = 30000; }), refused("bodies"));
+  EXPECT_EQ(message([](Scene& s) { s.bodies[0].material.density_kg_m3 += 1; }), refused("bodies"));
+  EXPECT_EQ(message([](Scene& s) { s.bodies[0].placement.position_m.x = 1e-9; }), refused("bodies"));
+  EXPECT_EQ(message([](Scene& s) { s.bodies[0].fixed.push_back({}); }), refused("bodies"));
+  EXPECT_EQ(message([](Scene& s) { s.obstacles[0].radius_m = 0.011; }), refused("obstacles"));
+  EXPECT_EQ(message([](Scene& s) { s.contact.friction = 0; }), refused("contact"));
+  EXPECT_EQ(message([](Scene& s) { s.gravity_m_s2 = {0, -9.81, 0}; }), refused("gravity_m_s2"));
+}
+
+/// Examples change scenes that they read: read_scene() has not seen these.
+TEST(WorldOfAChangedScene, NamesAFieldThatWouldEndIt) {
+  DeviceSet devices("cpu");
+  const auto message = [&](auto&& edit) {
+    Scene scene = ball_and_block();
+    edit(scene);
+    return test::message_of([&] { World(devices, scene, {}); }, ErrorKind::usage);
+  };
+  EXPECT_EQ(message([](Scene&) {}), "");
+  EXPECT_EQ(message([](Scene& s) { s.bodies[0].matching_every = 0; }),
+            "'bodies.block.matching_every' is 0, expected at least 1");
+  EXPECT_EQ(message([](Scene& s) { s.frame.substeps = 0; }), "'frame.substeps' is 0, expected at least 1");
+  EXPECT_EQ(message([](Scene& s) {
+              s.gravity_m_s2 = {0, NAN, 0};
+            }),
+            "'gravity_m_s2' is [0, nan, 0], expected to be finite");
+  EXPECT_EQ(message([](Scene& s) { s.obstacles[0].name = "block"; }),
+            "'obstacles': 'block' is the name of two things, names must differ");
+  EXPECT_EQ(message([](Scene& s) { s.bodies[0].material.young_modulus_pa = -1; }),
+            "'bodies.block.material.young_modulus_pa' is -1, expected > 0 Pa");
+  EXPECT_EQ(message([](Scene& s) { s.bodies[0].shape.kind = ShapeKind::mesh; }),
+            "body 'block': its file isn't among the assets; expected load_body_assets(scene)");
+}
+
+TEST(MeshOfAProgram, NamesACornerThatIsNotThere) {
+  TriangleMesh mesh = sphere_surface(1, 2);
+  mesh.triangles[3][1] = 1000000;
+  const std::string expected = "triangle 3 of a mesh names vertex 1000000, expected 0 to " +
+                               std::to_string(mesh.positions_m.size() - 1);
+  EXPECT_EQ(test::message_of([&] { topology(mesh); }), expected);
+  EXPECT_EQ(test::message_of([&] { volume_m3(mesh); }), expected);
+  EXPECT_EQ(test::message_of([&] { compute_normals(mesh); }), expected);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <string_view>
-#include <utility>
 
 #include "tactus/base/byte_io.h"
 #include "tactus/io/field_visitor.h"
@@ -13,7 +12,7 @@ namespace {
 /// Hashes the fields that a scene has.
 class Fingerprint : public FieldVisitor {
  public:
-  std::uint64_t hash() const { return hash_; }
+  const std::vector<KeyFingerprint>& keys() const { return keys_; }
 
   void text(const Field& f, std::string& value) override { add(f, value); }
   void path(const Field& f, std::string& value) override {
@@ -43,49 +42,55 @@ class Fingerprint : public FieldVisitor {
   }
   void section(const Field& f, const Describe& describe) override {
     const std::string_view name = f.name;
-    if (is_scene_ && (name == "source" || name == "view" || name == "output")) return;
+    if (depth_ == 0 && (name == "source" || name == "view" || name == "output")) return;
     add(f, "{");
     enter(describe);
-    add(f, "}");
+    add_end("}");
   }
   void list(const Field& f, const Items& items) override {
+    add(f, "[");
     for (std::size_t k = 0; k < items.size(); ++k) {
-      add(f, "[");
       enter(items.at(k));
+      add_end(",");
     }
-    add(f, "]");
+    add_end("]");
   }
   void check(bool, const char*, const std::string&) override {}
   void only_when(bool, const char*, const char*) override {}
 
  private:
   void enter(const Describe& describe) {
-    const bool was_scene = std::exchange(is_scene_, false);
+    ++depth_;
     describe(*this);
-    is_scene_ = was_scene;
+    --depth_;
   }
   void add(const Field& f, std::string_view value) {
-    if (is_scene_ && std::string_view(f.name) == "name") return;  // a title
-    hash_ = fnv1a(value, fnv1a(f.name, hash_));
+    if (depth_ == 0) {
+      if (std::string_view(f.name) == "name") return;  // a title
+      keys_.push_back({f.name, fnv1a("")});
+    }
+    add_end(f.name);
+    add_end(value);
   }
+  void add_end(std::string_view value) { keys_.back().hash = fnv1a(value, keys_.back().hash); }
   void add_number(const Field& f, double x) {
     add(f, std::string_view(reinterpret_cast<const char*>(&x), sizeof x));
   }
   void add_vector(const Field& f, const Vec3d& p) {
-    for (int k = 0; k < 3; ++k) add_number(f, p[k]);
+    add(f, std::string_view(reinterpret_cast<const char*>(&p), sizeof p));
   }
 
-  std::uint64_t hash_ = fnv1a("scene");
-  bool is_scene_ = true;  ///< not inside one of its parts
+  std::vector<KeyFingerprint> keys_;
+  int depth_ = 0;  ///< 0: fields of the scene itself
 };
 
 }  // namespace
 
-std::uint64_t scene_fingerprint(const Scene& scene) {
+std::vector<KeyFingerprint> scene_fingerprint(const Scene& scene) {
   Scene all = scene;  // to describe a scene takes one that may change
   Fingerprint fingerprint;
   describe_scene(fingerprint, all);
-  return fingerprint.hash();
+  return fingerprint.keys();
 }
 
 }  // namespace tactus

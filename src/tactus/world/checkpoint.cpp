@@ -89,13 +89,13 @@ void World::Impl::archive(StateArchive& a, const FrameSet* last) {
     throw usage_error(a.path() + ": the checkpoint was made on other devices than " + devices_.name() +
                       ": go on with the same '--devices'");
   a.set_owner("scene");
-  std::uint64_t fingerprint = fingerprint_;
-  a.value("values", fingerprint);
-  if (fingerprint != fingerprint_)
-    throw usage_error(
-        a.path() +
-        ": the state is of another scene, or this one was edited since: expected the same bodies, "
-        "obstacles, materials and steps");
+  for (const auto& [key, own_hash] : fingerprint_) {
+    std::uint64_t hash = own_hash;
+    a.value(key.c_str(), hash);
+    if (hash != own_hash)
+      throw usage_error(a.path() + ": the state is of a scene with other '" + key +
+                        "', or this one was edited since");
+  }
   a.set_owner("frame");
   clock_.archive(a);
   a.value("last substep", last_substep_s_);
