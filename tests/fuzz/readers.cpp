@@ -102,14 +102,16 @@ void read_packet(const std::string& bytes) {
     PhotoCoder().unpack(images, kSize, photo);
 }
 
-/// A pose that is taken is finite and rigid, whatever stood in the message.
+/// A pose that is taken is finite and rigid, and a pull is near, whatever stood in the message.
 void read_viewer(const std::string& bytes) {
   const ClientMessage message = parse_client_message(bytes);
   for (int i = 0; i < 3; ++i) {
     const Vec3d row = message.T_world_obstacle.R.row[i];
     if (!(std::abs(dot(row, row) - 1) < 1e-9) || !(std::abs(message.T_world_obstacle.t[i]) <= 100))
       std::abort();
+    if (!(std::abs(message.point_m[i]) <= 100) || !(std::abs(message.target_m[i]) <= 100)) std::abort();
   }
+  if (!(message.most_m_s > 0)) std::abort();
 }
 
 template <class F>

@@ -132,7 +132,14 @@ TEST(RunControl, LeadsToolsAndTellsWhatIsRefused) {
     world.step(0.02);
     EXPECT_NEAR(world.pose("ball").t.x, 0.01 * f, 1e-9);
   }
-  control.apply(world);  // the last step may be a rounding away
+  control.apply(world);                                               // the last step may be a rounding away
+  control.move_tool("ball", {Mat3d::identity(), {0.4, 0, 0}}, 0.25);  // slower than others: 5 mm a frame
+  control.apply(world);
+  world.step(0.02);
+  EXPECT_NEAR(world.pose("ball").t.x, 0.305, 1e-9);
+  control.move_tool("ball", {Mat3d::identity(), {0.3, 0, 0}});
+  control.apply(world);
+  world.step(0.02);
   EXPECT_FALSE(control.asked_pose("ball").has_value());
   control.put_tool("ball", {Mat3d::identity(), {5, 0, 0}});
   control.move_tool("bal", {});

@@ -7,7 +7,9 @@
 
 #include "support/message_of.h"
 #include "tactus/base/error.h"
+#include "tactus/base/timing.h"
 #include "tactus/rig/live_address.h"
+#include "tactus/sim/scene.h"
 #include "tactus/web/viewer_checks.h"
 #include "tactus/web/web_server.h"
 
@@ -108,6 +110,74 @@ TEST(ClientControl, SetsParametersInTheirRange) {
   const std::string error = control.handle(R"({"do":"set","parameter":"contact.frictio","value":1})");
   EXPECT_NE(error.find("did you mean 'contact.friction'"), std::string::npos) << error;
   EXPECT_EQ(run.pending_parameters().at("contact.friction"), 0.1);
+}
+
+TEST(ClientMessage, ReadsAGrabAndHowAPoseIsReached) {
+  const ClientMessage grab =
+      parse_client_message(R"({"do":"grab","body":"liver","point_m":[0.1,0.2,-0.3],"target_m":[0,0.5,0]})");
+  EXPECT_EQ(grab.kind, ClientMessage::Kind::grab);
+  EXPECT_EQ(grab.name, "liver");
+  EXPECT_EQ(grab.point_m.z, -0.3);
+  EXPECT_EQ(grab.target_m.y, 0.5);
+  const auto refused = [](const std::string& text) {
+    return message_of([&] { parse_client_message(text); });
+  };
+  EXPECT_NE(refused(R"({"do":"grab","point_m":[0,0,0],"target_m":[0,0,0]})").find("'body'"),
+            std::string::npos);
+  EXPECT_NE(refused(R"({"do":"grab","body":"b","point_m":[0,0,0],"target_m":[0,0,1e9]})").find("'target_m'"),
+            std::string::npos);
+  const std::string pose = R"({"do":"pose","obstacle":"knife","position_m":[0,0,0],"quaternion":[0,0,0,1])";
+  EXPECT_FALSE(parse_client_message(pose + "}").is_put);
+  const ClientMessage put = parse_client_message(pose + R"(,"put":true,"most_m_s":0.5})");
+  EXPECT_TRUE(put.is_put);
+  EXPECT_EQ(put.most_m_s, 0.5);
+  EXPECT_NE(refused(pose + R"(,"put":1})").find("true or false"), std::string::npos);
+  EXPECT_NE(refused(pose + R"(,"most_m_s":0})").find("> 0"), std::string::npos);
+}
+
+/// A soft box that floats.
+Scene floating_box() {
+  Scene scene;
+  scene.source.kind = SourceKind::none;
+  scene.gravity_m_s2 = {};
+  BodyDescription& body = scene.bodies.emplace_back();
+  body.name = "box";
+  body.shape.size_m = {0.1, 0.1, 0.1};
+  body.spacing_m = 0.025;
+  return scene;
+}
+
+/// Tissue that a viewer grabs is pulled, and let go when it says so or is gone for two seconds.
+TEST(ClientControl, TissueIsHeldUntilTheViewerLetsGoOrIsGone) {
+  DeviceSet devices("cpu");
+  const Scene scene = floating_box();
+  World world(devices, scene, {});
+  ClientControl::Options options = open_to_all();
+  options.grabbed = {"box"};
+  RunControl run;
+  ClientControl control(std::move(options), run);
+  const auto pull_N = [&] {
+    EXPECT_EQ(run.apply(world).errors, "");
+    return length(world.step(0.01).grab_N);
+  };
+  pull_N();
+  const std::string grab = R"({"do":"grab","body":"box","point_m":[0,0.05,0],"target_m":[0,0.07,0]})";
+  EXPECT_EQ(control.handle(grab), "");
+  EXPECT_GT(pull_N(), 0);
+  EXPECT_EQ(control.handle(R"({"do":"release"})"), "");
+  EXPECT_EQ(pull_N(), 0);
+
+  EXPECT_EQ(control.handle(grab), "");
+  control.let_go_of_old_grabs(now_s() + 1);
+  EXPECT_GT(pull_N(), 0) << "one second";
+  control.let_go_of_old_grabs(now_s() + ClientControl::kGrabLasts_s);
+  EXPECT_EQ(pull_N(), 0) << "nobody said for two seconds that it is held";
+
+  const std::string error =
+      control.handle(R"({"do":"grab","body":"bos","point_m":[0,0,0],"target_m":[0,0,0]})");
+  EXPECT_NE(error.find("did you mean 'box'"), std::string::npos) << error;
+  EXPECT_EQ(control.handle(R"({"do":"grab","body":"box","point_m":[0,9,0],"target_m":[0,0,0]})"), "");
+  EXPECT_NE(run.apply(world).errors.find("m from body 'box'"), std::string::npos);
 }
 
 TEST(WebAddress, IsReadOrRefusedByName) {

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { createRequire } from 'node:module';
 import { existsSync } from 'node:fs';
+import os from 'node:os';
 import path from 'node:path';
 
 const { chromium } = createRequire(path.join(process.env.TACTUS_NPM, 'x.js'))('playwright-core');
@@ -101,7 +102,7 @@ async function headset() {
   await page.goto(live);
   await page.waitForFunction(() => (window.tactus?.frames ?? 0) > 0 && !tactus.buttons.get('v').disabled, null, { timeout: 60000 });
   await page.click('text=Enter VR');
-  await page.waitForFunction(() => tactus.session && tactus.viewer.renderer.xr.getCamera().cameras.length === 2, null, { timeout: 20000 });
+  await page.waitForFunction(() => tactus.session && tactus.viewer.renderer.xr.getCamera().cameras.length === 2, null, { timeout: 60000 });
   // Hand the ball to the controller, and take it 10 cm to the left and 5 cm up.
   const at = await page.evaluate(() => {
     const t = [...tactus.viewer.things.values()].find((x) => x.name === 'ball'), s = tactus.viewer.stage.position.toArray();
@@ -115,8 +116,26 @@ async function headset() {
   await page.waitForTimeout(1000);
   await page.evaluate(([x, y, z]) => device.controllers.right.position.set(x - 0.1, y + 0.05, z), at);
   await page.evaluate(() => tactus.send({ do: 'run' }));
-  await page.waitForFunction(([x, y]) => Math.hypot(tactus.status.poses.ball.position_m[0] - x + 0.1, tactus.status.poses.ball.position_m[1] - y - 0.05) < 2e-3, before, { timeout: 20000 });
-  await page.evaluate(() => { device.controllers.right.updateButtonValue('trigger', 0); tactus.send({ do: 'pause' }); });
+  await page.waitForFunction(([x, y]) => Math.hypot(tactus.status.poses.ball.position_m[0] - x + 0.1, tactus.status.poses.ball.position_m[1] - y - 0.05) < 2e-3, before, { timeout: 60000 });
+  await page.evaluate(() => device.controllers.right.updateButtonValue('trigger', 0));
+  // The grip at the middle of the block's top pulls it 3 cm up.
+  const pulls = await page.evaluate(async () => {
+    const block = [...tactus.viewer.things.values()].find((x) => x.name === 'block');
+    let top = [0, -1, 0];
+    for (let v = 0; v < block.block.count; ++v) { const p = tactus.viewer.vertex(block, v).toArray(); if (p[1] > top[1]) top = p; }
+    const s = tactus.viewer.stage.position.toArray();
+    device.controllers.right.position.set(...top.map((x, i) => x + s[i]));
+    await new Promise((done) => setTimeout(done, 1000));
+    device.controllers.right.updateButtonValue('squeeze', 1);
+    await new Promise((done) => setTimeout(done, 1000));
+    device.controllers.right.position.set(top[0] + s[0], top[1] + s[1] + 0.03, top[2] + s[2]);
+    return tactus.grasp !== null;
+  });
+  assert(pulls, 'the grip took no tissue');
+  await page.waitForFunction(() => tactus.status.pull_N > 0.01, null, { timeout: 60000 });
+  await page.evaluate(() => device.controllers.right.updateButtonValue('squeeze', 0));
+  await page.waitForFunction(() => tactus.grasp === null && tactus.status.pull_N === undefined, null, { timeout: 60000 });
+  await page.evaluate(() => tactus.send({ do: 'pause' }));
 
   // The ball's middle in the left eye's picture, white on black; and where a pinhole has it.
   const look = () => page.evaluate(async () => {
@@ -125,7 +144,7 @@ async function headset() {
     viewer.scene.overrideMaterial = new THREE.MeshBasicMaterial({ color: 0xffffff });
     viewer.stage.traverse((o) => { if (o !== viewer.stage && o !== ball.object) o.visible = false; });
     for (const child of viewer.scene.children) if (child !== viewer.stage) for (const rod of child.children) rod.visible = false;
-    viewer.hide(2, true);  // bodies, in frames that come
+    for (const role of [2, 4]) viewer.hide(role, true);  // bodies and blades, in frames that come
     const drawn = viewer.drawn;
     while (viewer.drawn < drawn + 6) await new Promise((done) => setTimeout(done, 20));
     const eye = viewer.renderer.xr.getCamera().cameras[0], { x: left, y: bottom, z: w, w: h } = eye.viewport, rgba = new Uint8Array(4 * w * h);
@@ -177,6 +196,36 @@ try {
   for (let i = 1; i <= 20; ++i) { await page.mouse.move(at[0], at[1] + 4 * i); await page.waitForTimeout(30); }
   await page.mouse.up();
   await page.waitForFunction(() => tactus.status.poses.ball.position_m[1] < 0.085, null, { timeout: 20000 });
+
+  // Ctrl and a drag pull the block's right corner up. Let go, it is pulled no more.
+  const pixelOf = (point) => page.evaluate((p) => { const v = tactus.viewer.camera.position.clone().fromArray(p).project(tactus.viewer.camera); return [innerWidth / 2 * (1 + v.x), innerHeight / 2 * (1 - v.y)]; }, point);
+  const drag = async (from, by, steps) => {
+    await page.mouse.move(...from);
+    await page.mouse.down();
+    for (let i = 1; i <= steps; ++i) { await page.mouse.move(from[0] + by[0] * i / steps, from[1] + by[1] * i / steps); await page.waitForTimeout(50); }
+  };
+  const block = () => page.evaluate(() => { const t = [...tactus.viewer.things.values()].find((x) => x.name === 'block'); return { top_m: t.extent.max[1], corners: t.corners }; });
+  await page.keyboard.down('Control');
+  await drag(await pixelOf([0.07, 0.06, 0.07]), [0, -80], 10);
+  await page.waitForFunction(() => tactus.status.pull_N > 0.01, null, { timeout: 20000 });
+  assert(await page.evaluate(() => tactus.grasp !== null && tactus.spring.visible));
+  const pulled = await block();
+  assert(pulled.top_m > 0.063, JSON.stringify(pulled));
+  await page.screenshot({ path: path.join(process.env.TACTUS_PICTURES ?? os.tmpdir(), 'tactus-grab.png') });
+  await page.mouse.up();
+  await page.keyboard.up('Control');
+  await page.waitForFunction(() => tactus.status.pull_N === undefined, null, { timeout: 20000 });
+
+  // The knife in the hand: a drag across the block's right side cuts it, so its surface gets walls.
+  for (let i = 0; i < 3; ++i) await page.keyboard.press('t');
+  assert.equal(await page.textContent('#bar button:nth-child(3)'), 'Hand: knife');
+  const whole = await block(), from = await pixelOf([0.05, 0.06, 0.07]), to = await pixelOf([0.05, 0.06, -0.07]);
+  await drag(from, [to[0] - from[0], to[1] - from[1]], 20);
+  await page.waitForFunction((corners) => [...tactus.viewer.things.values()].find((x) => x.name === 'block').corners > corners, whole.corners, { timeout: 20000 });
+  await page.mouse.up();
+  await page.screenshot({ path: path.join(process.env.TACTUS_PICTURES ?? os.tmpdir(), 'tactus-cut.png') });
+  console.log(`grab: the block's top went up to ${(1000 * pulled.top_m).toFixed(1)} mm; cut: ${whole.corners / 3} triangles became ${(await block()).corners / 3}`);
+  await page.keyboard.press('t');
 
   // A parameter, pause, step.
   await page.evaluate(() => { const s = [...document.querySelectorAll('.parameter input')].find((x) => x.ariaLabel === 'contact.friction' || x.getAttribute('aria-label') === 'contact.friction'); s.value = s.max; s.dispatchEvent(new Event('input')); });

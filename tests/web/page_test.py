@@ -17,17 +17,20 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 SCENE = """
 name: "<script>alert(1)</script>"
-source: {kind: none, frames: 0-1499, fps: 30}
+source: {kind: none, frames: 0-29999, fps: 30}
 bodies:
   - name: block
     shape: {kind: box, size_m: [0.16, 0.06, 0.16]}
     placement: {position_m: [0, 0.03, 0]}
     spacing_m: 0.01
-    material: {young_modulus_pa: 12000}
+    cuttable: true
+    material: {model: tled, young_modulus_pa: 12000}
     fixed:
       - {kind: half_space, frame: world, point_m: [0, 0.001, 0], normal: [0, 1, 0]}
 obstacles:
   - {name: ball, kind: sphere, radius_m: 0.025, placement: {position_m: [0, 0.1, 0]}, held: true}
+blades:
+  - {name: knife, held: true, from_m: [0.3, 0.3, 0], to_m: [0.3, 0.36, 0]}
 gravity_m_s2: [0, 0, 0]
 view:
   show_frusta: false
@@ -67,22 +70,25 @@ class Run:
 def check_reader(run: Run) -> None:
     """What the page of the format says is enough to find the scene again."""
     quaternion = [0, 0, 0, 1]
+    grab = json.dumps({"do": "grab", "body": "block", "point_m": [0.07, 0.06, 0.07], "target_m": [0.07, 0.08, 0.07]})
     pose = json.dumps({"do": "pose", "obstacle": "ball", "position_m": [0.01, 0.2, 0], "quaternion": quaternion})
-    out = subprocess.run([sys.executable, str(HERE / "read_stream.py"), run.address, "--frames", "12", "--send", pose, "--send", '{"do": "jump"}'],
+    out = subprocess.run([sys.executable, str(HERE / "read_stream.py"), run.address, "--frames", "12", "--send", pose, "--send", grab, "--send", '{"do": "jump"}'],
                          capture_output=True, text=True, timeout=60, check=True).stdout
     messages = [json.loads(line) for line in out.splitlines()]
     setting = messages[0]["blocks"][0]["json"]
-    assert setting["scene"] == "<script>alert(1)</script>" and setting["held"] == ["ball"] and setting["control"], setting
+    assert setting["scene"] == "<script>alert(1)</script>" and setting["held"] == ["ball", "knife"] and setting["grabbed"] == ["block"] and setting["control"], setting
     assert any(p["name"] == "gravity_m_s2.y" and p["value"] == 0 and p["unit"] for p in setting["parameters"]), setting["parameters"]
     texts = [m["text"] for m in messages if "text" in m]
     assert any("'jump'" in t.get("error", "") for t in texts), texts
     frames = [m for m in messages if m.get("kind") == "frame"]
     assert [f["frame"] for f in frames] == sorted({f["frame"] for f in frames}), "frames go back"
     blocks = {b["name"]: b for b in frames[-1]["blocks"]}
-    # Nothing loads the block. Its surface is as large as the box, to half a step of 0.16 m / 65535.
+    # Nothing loads the block in its first frame. Its surface is as large as the box, to half a step of 0.16 m / 65535. Then its corner is pulled up.
+    block = {b["name"]: b for b in frames[0]["blocks"]}["block"]
     for axis, (low, high) in enumerate([(-0.08, 0.08), (0, 0.06), (-0.08, 0.08)]):
-        assert abs(blocks["block"]["min_m"][axis] - low) < 1e-4 and abs(blocks["block"]["max_m"][axis] - high) < 1e-4, blocks["block"]
-    assert abs(blocks["block"]["volume_m3"] / (0.16 * 0.06 * 0.16) - 1) < 0.01, blocks["block"]["volume_m3"]
+        assert abs(block["min_m"][axis] - low) < 1e-4 and abs(block["max_m"][axis] - high) < 1e-4, block
+    assert abs(block["volume_m3"] / (0.16 * 0.06 * 0.16) - 1) < 0.01, block["volume_m3"]
+    assert blocks["block"]["max_m"][1] > 0.062, blocks["block"]
     # The ball of flat triangles has the sphere's volume; it went where it was sent.
     ball = blocks["ball"]
     assert abs(ball["volume_m3"] / 6.545e-5 - 1) < 0.01, ball["volume_m3"]
@@ -120,7 +126,7 @@ def main() -> None:
         with Run(program, folder) as run:
             environment = dict(os.environ, TACTUS_NPM=modules)
             code = subprocess.run(["node", str(HERE / "page_test.mjs"), chromium, f"http://{run.address}/", report.as_uri()],
-                                  env=environment, timeout=240, check=False).returncode
+                                  env=environment, timeout=480, check=False).returncode
         sys.exit(code)
 
 

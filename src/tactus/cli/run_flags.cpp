@@ -73,25 +73,29 @@ std::string a_frame_count(const std::string& text) {
          "', expected a whole number of frames, at least 1 (a range, as 5-9, is source.frames of the scene)";
 }
 
-/// Where --web stands, it may have an address behind it.
 void add_web_flags(CLI::App& command, RunOptions& options) {
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--web",
-          [&options](const std::vector<std::string>& words) {
-            options.shows_web = true;
-            options.web = words.empty() ? "" : words.front();
-          },
-          "show the run to browsers at ADDR:PORT, by default 127.0.0.1:8090 (docs/web.md)")
-      ->expected(0, 1)
-      ->type_name("[ADDR:PORT]");
+  add_web_flag(command, options.shows_web, options.web,
+               "show the run to browsers at ADDR:PORT, by default 127.0.0.1:8090 (docs/web.md)");
   command.add_flag("--web-control", options.web_control,
-                   "viewers may pause, step, change parameters and hold tools");
+                   "viewers may pause, step, change parameters, hold tools and grab tissue");
   command.add_option("--web-token", options.web_token,
                      "file with the word that viewers must know; without it, one is made where it is needed");
 }
 
 }  // namespace
+
+void add_web_flag(CLI::App& command, bool& is_given, std::string& address, const std::string& meaning) {
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--web",
+          [&is_given, &address](const std::vector<std::string>& words) {
+            is_given = true;
+            address = words.empty() ? "" : words.front();
+          },
+          meaning)
+      ->expected(0, 1)
+      ->type_name("[ADDR:PORT]");
+}
 
 SourceDescription source_of_file(const std::string& path, const std::string& flag) {
   SourceDescription source;

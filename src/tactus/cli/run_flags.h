@@ -28,6 +28,8 @@ struct RunOptions {
   std::vector<std::string> parameters;   ///< "NAME=VALUE": of the scene, from its first frame on
 };
 
+/// --web, which may have an address behind it. Keeps references.
+void add_web_flag(CLI::App& command, bool& is_given, std::string& address, const std::string& meaning);
 void add_run_flags(CLI::App& command, RunOptions& options);
 /// The scene as the flags change it. @throws usage Error naming the flag that doesn't go with it.
 Scene scene_of(const RunOptions& options);

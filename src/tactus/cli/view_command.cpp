@@ -5,7 +5,11 @@
 #include "tactus/base/error.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/run_web.h"
 #include "tactus/cli/viewed_scene.h"
+#include "tactus/io/scene_file.h"
+#include "tactus/run/frame_loop.h"
+#include "tactus/run/scene_source.h"
 #include "tactus/window/window.h"
 
 namespace tactus {
@@ -13,7 +17,8 @@ namespace {
 
 struct ViewFlags {
   std::string path, source_path, devices = "auto", size = "1280x720", tool = "auto";
-  bool plain = false, pause = false, no_panels = false;
+  std::string web;  ///< ADDR:PORT
+  bool plain = false, pause = false, no_panels = false, shows_web = false;
 };
 
 /// A window is gone as soon as it is closed, even where a frame takes long.
@@ -28,7 +33,28 @@ Vec2i parse_size(const std::string& text) {
   return {width, height};
 }
 
+/// The same scene and tools, in browsers.
+void view_in_browsers(const ViewFlags& flags) {
+  RunOptions options;
+  options.shows_web = options.web_control = true;
+  options.web = flags.web;
+  ViewedScene viewed = viewed_scene(flags.path, flags.source_path, flags.tool);
+  viewed.scene.source.plain = flags.plain;
+  const Scene& scene = viewed.scene;
+  DeviceSet devices(flags.devices);
+  const std::unique_ptr<FrameSource> source = open_scene_source(scene, flags.path);
+  const BodyAssets assets = load_body_assets(scene);
+  const auto perception = make_perception(devices, scene, source->rig(), assets);
+  World world(devices, scene, assets, perception.get());
+  const auto web = open_web_sink(options, scene, source->rig(), assets, world, devices.name());
+  FrameLoop loop(*source, world, {.should_stop = [&web] { return web->wait_for_turn(interrupted); }});
+  loop.add(*web);
+  loop.run();
+  web->stay(interrupted);
+}
+
 void view(const ViewFlags& flags) {
+  if (flags.shows_web) return view_in_browsers(flags);
   WindowOptions options;
   options.size_px = parse_size(flags.size);
   options.shows_panels = !flags.no_panels;
@@ -65,12 +91,15 @@ void add_view_command(CLI::App& app) {
                    "scalpel, none; auto: "
                    "the scene's first, or a ball, and a scalpel where bodies are cuttable")
       ->capture_default_str();
+  add_web_flag(*command, flags->shows_web, flags->web,
+               "no window: browsers show it at ADDR:PORT, by default 127.0.0.1:8090, and may touch it "
+               "(docs/web.md)");
   command->add_flag("--pause", flags->pause, "begin with the first frame, paused");
   command->add_flag("--no-panels", flags->no_panels, "the picture alone; tab shows the panels");
   command->footer(
-      "Examples:\n  tactus view scenes/demo.yaml\n  tactus view touch.rec          # a recording: what its "
-      "cameras "
-      "saw\n  tactus view scenes/demo.yaml --source touch.rec\nKeys: h in the window shows them; "
+      "Examples:\n  tactus view scenes/demo.yaml\n  tactus view scenes/slice.yaml --web    # in a browser\n"
+      "  tactus view touch.rec          # a recording: what its cameras saw\n  tactus view scenes/demo.yaml "
+      "--source touch.rec\nKeys: h in the window shows them; "
       "docs/live_view.md");
   command->callback([flags] { view(*flags); });
 }

@@ -84,9 +84,11 @@ RunControl::State RunControl::state() const {
   return state_;
 }
 
-void RunControl::move_tool(const std::string& name, const Rigidd& T_world_tool) {
+void RunControl::move_tool(const std::string& name, const Rigidd& T_world_tool, double most_m_s) {
   const std::lock_guard lock(mutex_);
-  poses_[name].T_world = T_world_tool;
+  AskedPose& asked = poses_[name];
+  asked.T_world = T_world_tool;
+  asked.most_m_s = most_m_s;
 }
 
 void RunControl::put_tool(const std::string& name, const Rigidd& T_world_tool) {
@@ -192,7 +194,8 @@ bool RunControl::move(World& world, const std::string& name, AskedPose& asked) c
   }
   Rigidd T = asked.T_world;
   const Vec3d from_m = world.pose(name).t, step_m = asked.T_world.t - from_m;
-  const double most_m = options_.tool_speed_m_s * frame_s_, wanted_m = length(step_m);
+  const double most_m = std::min(options_.tool_speed_m_s, asked.most_m_s) * frame_s_,
+               wanted_m = length(step_m);
   if (wanted_m > most_m) T.t = from_m + (most_m / wanted_m) * step_m;
   world.set_pose(name, T);
   return !(wanted_m > most_m);

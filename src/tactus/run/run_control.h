@@ -51,8 +51,10 @@ class RunControl {
   bool is_paused() const { return state() == State::paused; }
   /// "waiting", "running", "paused" or "ended".
   static const char* text(State state);
-  /// An obstacle or a blade with `held: true` goes there.
-  void move_tool(const std::string& name, const Rigidd& T_world_tool);
+  /// An obstacle or a blade with `held: true` goes there. @param most_m_s no faster than this, nor than all
+  /// tools
+  void move_tool(const std::string& name, const Rigidd& T_world_tool,
+                 double most_m_s = std::numeric_limits<double>::infinity());
   /// It is put down there, not led there; move_tool() then goes on from there.
   void put_tool(const std::string& name, const Rigidd& T_world_tool);
   /// Where it was asked to go and isn't yet.
@@ -93,7 +95,8 @@ class RunControl {
   double left_s(bool is_unseen) const;
   struct AskedPose {
     Rigidd T_world;
-    std::optional<Rigidd> put;  ///< first
+    std::optional<Rigidd> put = {};  ///< first
+    double most_m_s = std::numeric_limits<double>::infinity();
   };
   bool move(World& world, const std::string& name, AskedPose& asked) const;
 

@@ -1,5 +1,6 @@
 #pragma once
 /// Requests of viewers of a page.
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,18 +17,27 @@ class ClientControl {
     bool is_allowed = false;                 ///< else every message is refused by name
     std::vector<std::string> held;           ///< obstacles and blades that viewers may move
     std::vector<SceneParameter> parameters;  ///< those that viewers may set
+    std::vector<std::string> grabbed = {};   ///< bodies that viewers may grab
   };
   /// @param run must outlive this
   ClientControl(Options options, RunControl& run) : options_(std::move(options)), run_(run) {}
 
   /// @returns the error of a message that was refused, with the remedy; or "".
   std::string handle(std::string_view text);
+  /// Lets tissue go that nobody held for kGrabLasts_s: the viewer left, or its network did. Before each
+  /// frame.
+  void let_go_of_old_grabs(double now_s);
+  static constexpr double kGrabLasts_s = 2;
 
  private:
   void check(const ClientMessage& message) const;
+  void grab(const ClientMessage& message);
+  void release();
 
   Options options_;
   RunControl& run_;
+  std::mutex mutex_;
+  double grabbed_s_ = -1;  ///< the last message of a grab, on the clock of now_s(); -1: nothing is held
 };
 
 }  // namespace tactus

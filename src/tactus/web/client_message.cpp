@@ -42,6 +42,22 @@ std::string text_of(const Json& message, const char* key) {
   return found->get<std::string>();
 }
 
+/// @returns `otherwise` where the key is absent.
+bool flag_of(const Json& message, const char* key, bool otherwise) {
+  const auto found = message.find(key);
+  if (found == message.end()) return otherwise;
+  if (!found->is_boolean()) throw Error(std::string("'") + key + "': expected true or false");
+  return found->get<bool>();
+}
+
+double speed_of(const Json& message, const char* key, double otherwise) {
+  const auto found = message.find(key);
+  if (found == message.end()) return otherwise;
+  if (!found->is_number() || !(found->get<double>() > 0))
+    throw Error(std::string("'") + key + "': expected a speed > 0");
+  return found->get<double>();
+}
+
 Rigidd pose_of(const Json& message) {
   const auto p = numbers<3>(message, "position_m", kFar_m);
   const auto q = numbers<4>(message, "quaternion", 1.001);
@@ -62,7 +78,7 @@ ClientMessage parse_client_message(std::string_view text) {
                 std::to_string(kMostClientBytes));
   const Json message = Json::parse(text, nullptr, false);
   if (message.is_discarded() || !message.is_object()) throw Error("a message that is no JSON object");
-  static const std::vector<std::string> kKnown{"pause", "run", "step", "pose", "set"};
+  static const std::vector<std::string> kKnown{"pause", "run", "step", "pose", "set", "grab", "release"};
   const std::string asked = text_of(message, "do");
   const auto found = std::find(kKnown.begin(), kKnown.end(), asked);
   if (found == kKnown.end())
@@ -72,6 +88,15 @@ ClientMessage parse_client_message(std::string_view text) {
   if (read.kind == ClientMessage::Kind::pose) {
     read.name = text_of(message, "obstacle");
     read.T_world_obstacle = pose_of(message);
+    read.is_put = flag_of(message, "put", read.is_put);
+    read.most_m_s = speed_of(message, "most_m_s", read.most_m_s);
+  }
+  if (read.kind == ClientMessage::Kind::grab) {
+    read.name = text_of(message, "body");
+    const auto point = numbers<3>(message, "point_m", kFar_m),
+               target = numbers<3>(message, "target_m", kFar_m);
+    read.point_m = {point[0], point[1], point[2]};
+    read.target_m = {target[0], target[1], target[2]};
   }
   if (read.kind == ClientMessage::Kind::set) {
     read.name = text_of(message, "parameter");

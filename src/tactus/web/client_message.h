@@ -1,5 +1,6 @@
 #pragma once
 /// Messages that viewers send. They come from strangers: bounded first, then read.
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -10,11 +11,14 @@ namespace tactus {
 inline constexpr std::size_t kMostClientBytes = 4096;
 
 struct ClientMessage {
-  enum class Kind : std::uint8_t { pause, run, step, pose, set };
+  enum class Kind : std::uint8_t { pause, run, step, pose, set, grab, release };
   Kind kind = Kind::pause;
-  std::string name;         ///< of the obstacle, or of the parameter
+  std::string name;         ///< of the obstacle, of the parameter, or of the body that is grabbed
   Rigidd T_world_obstacle;  ///< pose
-  double value = 0;         ///< set
+  bool is_put = false;      ///< pose: put down there, not led there
+  double most_m_s = std::numeric_limits<double>::infinity();  ///< pose: it goes no faster
+  double value = 0;                                           ///< set
+  Vec3d point_m, target_m;                                    ///< grab
 };
 
 /// Reads one message (docs/web.md). @throws Error naming the key, its value and the values allowed.

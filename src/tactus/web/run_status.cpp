@@ -76,6 +76,7 @@ std::shared_ptr<const std::string> RunStatus::look(RunFrame& frame, bool at_once
 std::string RunStatus::text(RunFrame& frame) {
   World& world = frame.world;
   nlohmann::json json{{"substeps", frame.report.substeps}, {"notices", notices_json(frame.notices)}};
+  if (const double pull_N = length(frame.report.grab_N); pull_N > 0) json["pull_N"] = pull_N;
   if (frames_in_all_) json["frames_in_all"] = *frames_in_all_;
   json["stages"] = nlohmann::json::array();
   for (const Stage& stage : stages_)

@@ -110,15 +110,17 @@ void CreaseMemory::split(TriangleMesh& mesh, std::string& film, std::size_t body
 
 StreamScene::StreamScene(const Scene& scene, const Rig& rig, const BodyAssets& assets, RunFacts facts)
     : name_(scene.name), facts_(std::move(facts)), view_(scene.view), liquid_(scene.fluid) {
-  for (const BodyDescription& body : scene.bodies)
+  for (const BodyDescription& body : scene.bodies) {
     bodies_.push_back({body.name, vec_cast<float>(body.colour), body.cuttable});
+    if (body.contact) grabbed_.push_back(body.name);
+  }
   held_ = held_names(scene);
   for (const ObstacleSetting& o : scene.obstacles) {
     if (o.moves()) moving_.push_back(o.name);
     film_names_[o.name] = "film on " + o.name;
   }
   for (const BladeDescription& blade : scene.blades)
-    if (blade.held) held_blades_.push_back(blade.name);
+    if (blade.held) held_blades_.push_back(blade);
   for (StillObstacle& o : still_obstacles(scene, assets)) {
     still_names_.push_back({o.name, kGrey});
     still_meshes_.push_back(std::move(o.mesh));
@@ -142,6 +144,7 @@ std::string StreamScene::setting_json(bool control, std::span<const SceneParamet
                       {"devices", facts_.devices},
                       {"control", control},
                       {"held", held_},
+                      {"grabbed", grabbed_},
                       {"show_cameras", view_.show_frusta}};
   nlohmann::json& shown = json["camera"] = {{"azimuth_deg", camera.azimuth_deg},
                                             {"elevation_deg", camera.elevation_deg},
@@ -149,6 +152,8 @@ std::string StreamScene::setting_json(bool control, std::span<const SceneParamet
   if (camera.target_m) shown["target_m"] = vector_json(*camera.target_m);
   if (camera.eye_m) shown["eye_m"] = vector_json(*camera.eye_m);
   if (camera.distance_m) shown["distance_m"] = *camera.distance_m;
+  for (const BladeDescription& blade : held_blades_)
+    json["blades"][blade.name] = {{"from_m", vector_json(blade.from_m)}, {"to_m", vector_json(blade.to_m)}};
   if (liquid_) json["liquid_spacing_m"] = liquid_->spacing_m;
   for (const SceneParameter& p : parameters)  // a bound that isn't finite is null
     json["parameters"].push_back({{"name", p.name},
@@ -196,7 +201,7 @@ std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& sna
       film.mesh.positions_m[v] += (kAbove_m + wet.film.film_m[v]) * wet.mesh.normals[v];
   }
   for (std::size_t b = 0; b < snapshot.blades.size(); ++b)
-    all.push_back({{BlockRole::blade, b < held_blades_.size() ? held_blades_[b] : "blade", kSteel},
+    all.push_back({{BlockRole::blade, b < held_blades_.size() ? held_blades_[b].name : "blade", kSteel},
                    snapshot.blades[b],
                    {}});
   return all;

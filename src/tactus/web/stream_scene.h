@@ -72,6 +72,8 @@ class StreamScene {
   const RunFacts& facts() const { return facts_; }
   /// Names of the obstacles that a program or viewer holds.
   const std::vector<std::string>& held() const { return held_; }
+  /// Bodies that may be grabbed.
+  const std::vector<std::string>& grabbed() const { return grabbed_; }
 
  private:
   struct Thing {
@@ -85,7 +87,8 @@ class StreamScene {
   RunFacts facts_;
   ViewDescription view_;
   std::vector<Thing> bodies_;
-  std::vector<std::string> moving_, held_, held_blades_;
+  std::vector<std::string> moving_, held_, grabbed_;
+  std::vector<BladeDescription> held_blades_;
   std::map<std::string, std::string> film_names_;  ///< of obstacles
   std::optional<LiquidDescription> liquid_;
   std::vector<Vec3f> frusta_, depth_frusta_, edges_;

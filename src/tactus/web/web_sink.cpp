@@ -7,6 +7,9 @@
 namespace tactus {
 namespace {
 
+/// Sources that nothing ends have a year of frames.
+constexpr int kEndless = 100'000'000;
+
 double unix_now_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
@@ -26,7 +29,7 @@ WebSink::WebSink(StreamScene scene, const Options& options)
     : scene_(std::move(scene)),
       status_(scene_.held()),
       control_(control_options(options, *this)),
-      client_({options.allows_control, scene_.held(), options.parameters}, control_) {
+      client_({options.allows_control, scene_.held(), options.parameters, scene_.grabbed()}, control_) {
   server_ =
       std::make_unique<WebServer>(options.server, scene_.setting(options.allows_control, options.parameters),
                                   [this](std::string_view text) {
@@ -54,11 +57,12 @@ void WebSink::publish_state(const std::string& error) {
 }
 
 void WebSink::begin(const World& /*world*/, std::optional<int> frame_count) {
-  status_.set_frames_in_all(frame_count);
+  if (frame_count && *frame_count < kEndless) status_.set_frames_in_all(frame_count);
 }
 
 void WebSink::frame(RunFrame& frame) {
   control_.note_frame(frame.images.time_s, frame.report.dt_s);
+  client_.let_go_of_old_grabs(now_s());
   if (const std::string errors = control_.apply(frame.world).errors; !errors.empty()) publish_state(errors);
   if (server_->viewers() == 0) return;
   const double captured_s = frame.images.captured_s > 0 ? frame.images.captured_s : frame.taken_at_s;

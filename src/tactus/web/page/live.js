@@ -71,14 +71,18 @@ function take(message) {
 
 function addBar(setting) {
   if (run.buttons) return;
+  const holds = setting.control && (setting.held.length > 0 || setting.grabbed?.length > 0);
   const control = setting.control ? [
     { key: ' ', label: run.state === 'paused' ? 'Run' : 'Pause', action: () => run.send({ do: run.state === 'paused' ? 'run' : 'pause' }) },
     { key: '.', label: 'Step', action: () => run.send({ do: 'step' }) },
+    ...(holds ? [{ key: 't', label: 'Hand: turn', title: 'key t: what a drag does', action: (button) => run.nextHand(button) }] : []),
   ] : [];
   run.buttons = addButtons(viewer, [...control, ...viewActions(viewer), { key: 'v', label: 'Enter VR', action: () => run.toggleVR?.() }]);
   addVR(THREE, run, run.buttons.get('v'));
   panels.help([...(setting.control ? [['space', 'pause, run'], ['.', 'one frame']] : []),
-    ...(setting.control && setting.held.length ? [['drag a tool', 'hold it; wheel: along the view; ctrl: turn']] : []), ...kHelp, ['v', 'headset']]);
+    ...(holds && setting.held.length ? [['drag a tool', 'hold it; wheel: along the view; alt: turn'], ['shift drag', 'hold the tool, cut with a blade']] : []),
+    ...(holds && setting.grabbed?.length ? [['ctrl drag', 'grab tissue and pull it']] : []), ...(holds ? [['t', 'what a plain drag does']] : []),
+    ...kHelp.map(([keys, what]) => [holds && setting.held.length ? keys.replace(', shift drag', '') : keys, what]), ['v', 'headset']]);
   if (!setting.control) return;
   addTools(THREE, run);
   run.sliders = addSliders(setting.parameters ?? [], (parameter, value) => run.send({ do: 'set', parameter, value }));

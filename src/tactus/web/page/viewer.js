@@ -165,6 +165,12 @@ export class Viewer {
     thing.extent = extentOf(block);
   }
 
+  // Where a vertex of a thing is in the world.
+  vertex(thing, v) {
+    const { origin, step } = thing.block, q = thing.vertices.array;
+    return new this.THREE.Vector3(...origin.map((x, a) => x + step * q[4 * v + a]));
+  }
+
   // Of each vertex, 0 (dry) to 1 (2.55 mm).
   fillFilm(thing, block) {
     const size = thing.vertices.array.length / 4, geometry = thing.object.geometry;

@@ -5,6 +5,8 @@ import { ROLE } from './stream.js';
 const TABLE = [0, 1.0, -0.55];
 // A controller takes the tool that is as near; from farther, the only tool comes to it.
 const REACH_M = 0.15;
+// And it grabs tissue that is as near.
+const PINCH_M = 0.03;
 
 export async function addVR(THREE, run, button) {
   const { viewer } = run, { renderer, stage } = viewer;
@@ -29,7 +31,10 @@ export async function addVR(THREE, run, button) {
     run.session.addEventListener('end', () => {
       run.session = null;
       stage.position.set(0, 0, 0);
-      for (const hand of hands) hand.held = null;
+      for (const hand of hands) {
+        hand.held = null;
+        hand.letGo();
+      }
       button.textContent = 'Enter VR';
       viewer.resize();
     });
@@ -52,7 +57,7 @@ function addHand(THREE, run, number) {
   rod.rotation.x = Math.PI / 2;
   controller.add(rod);
   scene.add(controller);
-  const hand = { controller, held: null };
+  const hand = { controller, held: null, pulls: null };  // pulls: from the hand to where it pulls tissue
   // The controller in the scene's world.
   const poseNow = () => {
     controller.updateMatrixWorld(true);
@@ -75,8 +80,32 @@ function addHand(THREE, run, number) {
     hand.held = { name: tool.name, T_hand_tool: tool.isNear ? T.clone().invert().multiply(T_world_tool) : new THREE.Matrix4() };
   });
   controller.addEventListener('selectend', () => { hand.held = null; });
+  const handAt = () => new THREE.Vector3().setFromMatrixPosition(poseNow());
+  controller.addEventListener('squeezestart', () => {
+    if (!run.setting.control || run.grasp) return;
+    const at = handAt();
+    let nearest = null, distance = PINCH_M;
+    for (const thing of viewer.things.values()) {
+      if (thing.role !== ROLE.body || !run.setting.grabbed.includes(thing.name)) continue;
+      for (let v = 0; v < thing.block.count; ++v) {
+        const point = viewer.vertex(thing, v), d = point.distanceTo(at);
+        if (d < distance) [nearest, distance] = [{ thing, point, vertex: v }, d];
+      }
+    }
+    if (!nearest) return;
+    run.grabTissue(nearest.thing, nearest.point, nearest.vertex);
+    hand.pulls = nearest.point.clone().sub(at);
+  });
+  const letGo = () => {
+    if (hand.pulls) run.releaseTissue();
+    hand.pulls = null;
+  };
+  controller.addEventListener('squeezeend', letGo);
+  hand.letGo = letGo;
   hand.move = () => {
-    if (!hand.held || !run.session) return;
+    if (!run.session) return;
+    if (hand.pulls && run.grasp) run.pullTissue(handAt().add(hand.pulls));
+    if (!hand.held) return;
     const pose = run.poseOf(hand.held.name), size = new THREE.Vector3();
     poseNow().multiply(hand.held.T_hand_tool).decompose(pose.position, pose.quaternion, size);
     run.sendPose(hand.held.name);
