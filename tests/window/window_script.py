@@ -198,9 +198,10 @@ def use(program: str, folder: pathlib.Path) -> None:
     window.wait_for(rf"frame ({'|'.join(str(n) for n in range(number + 5, number + 400))})$", "frames go on")
     window.key("space")
     window.wait_for("paused, frame", "space pauses")
-    time.sleep(1)  # the frame that ran is shown
-    number = window.frame()
-    time.sleep(1)
+    number, end = -1, time.monotonic() + SOON_S
+    while number != window.frame() and time.monotonic() < end:  # the frame that ran is shown
+        number = window.frame()
+        time.sleep(1)
     check(window.frame() == number, "space pauses")
     window.key("k")
     for i in (1, 2, 3):
@@ -209,6 +210,25 @@ def use(program: str, folder: pathlib.Path) -> None:
     window.key("b")
     window.wait_for(f"paused, frame {number + 1}$", "back to the frame after the kept one")
     check(True, "k keeps a frame, b goes back to it")
+    for _ in range(3):  # frames that ran were not all seen
+        number = window.frame() + 1
+        window.key("period")
+        window.wait_for(f"paused, frame {number}$", "a step to look back at")
+    present = window.grab("present")
+    for key, shown in (("Left", number - 1), ("Left", number - 2), ("Right", number - 1), ("Home", 1)):
+        window.key(key)
+        window.wait_for(f"paused, frame {shown}$", f"{key} shows frame {shown}")
+    window.key("Tab")
+    check(psnr_dB(present, window.grab("past")) < 45, "Home shows the first frame that was seen, left and right their neighbours")
+    window.key("Tab")
+    window.key("End")
+    window.wait_for(f"paused, frame {number}$", "End shows the present")
+    check(psnr_dB(present, window.grab("present again")) > 60, "End shows the present")
+    window.key("Left", "Left", "Left")
+    window.wait_for(f"paused, frame {number - 3}$", "three frames back")
+    window.key("b")
+    window.wait_for(f"paused, frame {number - 2}$", "b simulates again from there")
+    check(True, "b simulates again from the frame that is shown")
     window.key("r")
     window.wait_for("paused, frame 1$", "restart")
     check(True, "r starts again")

@@ -254,11 +254,11 @@ TEST_F(Viewed, KeptFrameIsSimulatedAgainWithTheSameBits) {
   run_.control().set_parameter("gravity_m_s2.y", -5);
   for (int i = 0; i < 4; ++i) ASSERT_NE(step(), nullptr);
   run_.control().keep();
-  while (run_.kept_frame() == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  EXPECT_EQ(run_.kept_frame(), 5);
+  while (run_.kept() == nullptr) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(run_.kept()->number, 5);
   std::vector<std::vector<Vec3f>> first;
   for (int i = 0; i < 6; ++i) first.push_back(step()->snapshot->bodies[0].positions_m);
-  run_.control().go_back();
+  run_.simulate_again(run_.kept());
   std::shared_ptr<const ViewedFrame> frame = next_frame();  // the one after the kept one
   ASSERT_NE(frame, nullptr);
   EXPECT_EQ(frame->number, 6);
@@ -296,7 +296,8 @@ TEST(LiveRun, AFrameThatCannotBeKeptEndsNothing) {
   run.control().keep();
   run.control().step();
   EXPECT_EQ(next_number(), 2);
-  EXPECT_EQ(run.kept_frame(), 0);
+  EXPECT_EQ(run.kept(), nullptr);
+  EXPECT_NE(run.why_not_again().find("is tracked"), std::string::npos) << run.why_not_again();
   EXPECT_EQ(run.state(), LiveRun::State::running);
 }
 

@@ -18,6 +18,7 @@ namespace {
 struct ViewFlags {
   std::string path, source_path, devices = "auto", size = "1280x720", tool = "auto";
   std::string web;  ///< ADDR:PORT
+  std::size_t past_MB = 256;
   bool plain = false, pause = false, no_panels = false, shows_web = false;
 };
 
@@ -64,8 +65,10 @@ void view(const ViewFlags& flags) {
     throw Error("this build has no windows: " + missing + ", then build again");
   ViewedScene viewed = viewed_scene(flags.path, flags.source_path, flags.tool);
   viewed.scene.source.plain = flags.plain;
-  LiveRun run(std::move(viewed.scene),
-              {.named = flags.path, .devices = flags.devices, .tools = viewed.tools});
+  LiveRun run(std::move(viewed.scene), {.named = flags.path,
+                                        .devices = flags.devices,
+                                        .tools = viewed.tools,
+                                        .past_bytes = flags.past_MB * 1'000'000});
   run.control().set_paused(flags.pause);
   show_window(run, options);
   if (run.stop(kMostWait_s)) return;
@@ -94,6 +97,11 @@ void add_view_command(CLI::App& app) {
   add_web_flag(*command, flags->shows_web, flags->web,
                "no window: browsers show it at ADDR:PORT, by default 127.0.0.1:8090, and may touch it "
                "(docs/web.md)");
+  command
+      ->add_option("--past", flags->past_MB,
+                   "most memory in MB for frames that were seen, to look at and to simulate again from")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str();
   command->add_flag("--pause", flags->pause, "begin with the first frame, paused");
   command->add_flag("--no-panels", flags->no_panels, "the picture alone; tab shows the panels");
   command->footer(

@@ -63,8 +63,14 @@ GlfwWindow::GlfwWindow(const std::string& title, Vec2i size_px) : title_(title) 
     of(w).input_.is_empty = false;
   });
   glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int) {
-    of(w).input_.is_empty = false;
-    if (key == GLFW_KEY_TAB && action == GLFW_PRESS) of(w).input_.pressed_tab = true;
+    WindowInput& input = of(w).input_;
+    input.is_empty = false;
+    if (action == GLFW_RELEASE) return;
+    if (key == GLFW_KEY_LEFT) --input.past_steps;
+    if (key == GLFW_KEY_RIGHT) ++input.past_steps;
+    if (key == GLFW_KEY_HOME) input.pressed_home = true;
+    if (key == GLFW_KEY_END) input.pressed_end = true;
+    if (key == GLFW_KEY_TAB && action == GLFW_PRESS) input.pressed_tab = true;
   });
 }
 

@@ -23,7 +23,12 @@ RunControl::Options control_options(const Scene& scene) {
 }  // namespace
 
 LiveRun::LiveRun(Scene scene, Options options)
-    : scene_(std::move(scene)), options_(std::move(options)), control_(control_options(scene_)) {}
+    : scene_(std::move(scene)),
+      options_(std::move(options)),
+      control_(control_options(scene_)),
+      why_not_again_(scene_.source.kind == SourceKind::live ? "live cameras can't give their frames again"
+                                                            : ""),
+      past_(options_.past_bytes) {}
 
 LiveRun::~LiveRun() {
   control_.stop();
@@ -76,34 +81,74 @@ void LiveRun::work() noexcept {
   if (on_news_) on_news_();
 }
 
-int LiveRun::kept_frame() const {
+std::shared_ptr<const SavedState> LiveRun::kept() const {
   const std::lock_guard lock(mutex_);
-  return kept_.number;
+  return kept_;
 }
 
-void LiveRun::keep(World& world, const RunProgress& progress, int number) {
-  if (scene_.source.kind == SourceKind::live) return;  // what it gave is gone
+void LiveRun::keep(std::shared_ptr<const SavedState> state) {
+  if (state == nullptr) return;
+  const std::lock_guard lock(mutex_);
+  kept_ = std::move(state);
+}
+
+void LiveRun::simulate_again(std::shared_ptr<const SavedState> state) {
+  if (state == nullptr) return;
+  {
+    const std::lock_guard lock(mutex_);
+    again_ = std::move(state);
+  }
+  control_.go_back();
+}
+
+std::string LiveRun::why_not_again() const {
+  const std::lock_guard lock(mutex_);
+  return why_not_again_;
+}
+
+std::shared_ptr<const SavedState> LiveRun::save(World& world, const RunProgress& progress, int number) {
+  if (!why_not_again().empty()) return nullptr;
   StateArchive a;
   try {
     world.impl().archive(a, nullptr);
   } catch (const Error& error) {  // a tool that is tracked, say: the run goes on
     log_warning(error.what());
-    return;
+    const std::lock_guard lock(mutex_);
+    why_not_again_ = error.what();
+    return nullptr;
   }
-  const std::lock_guard lock(mutex_);
-  kept_ = {a.bytes(), progress, number};
+  return std::make_shared<const SavedState>(SavedState{a.bytes(), progress, number});
 }
 
-RunProgress LiveRun::go_back(FrameSource& source, World& world) const {
-  const std::optional<FrameSet> last = take_again(source, kept_.progress.taken, options_.named);
-  StateArchive a(kept_.bytes, "the kept frame");
+/// States take a tenth of the time at most: where they take long, not every frame has one.
+void LiveRun::remember(const std::shared_ptr<const ViewedFrame>& frame, World& world,
+                       const RunProgress& progress) {
+  if (!past_.is_kept()) return;
+  const double begin_s = now_s();
+  std::shared_ptr<const SavedState> state;
+  if (begin_s >= save_due_s_ || control_.is_paused()) {
+    state = save(world, progress, frame->number);
+    const double end_s = now_s();
+    save_due_s_ = end_s + 9 * (end_s - begin_s);
+  }
+  past_.add({frame, std::move(state)});
+}
+
+RunProgress LiveRun::go_back(const SavedState& state, FrameSource& source, World& world) const {
+  const std::optional<FrameSet> last = take_again(source, state.progress.taken, options_.named);
+  StateArchive a(state.bytes, "frame " + std::to_string(state.number));
   world.impl().archive(a, last ? &*last : nullptr);
-  return kept_.progress;
+  return state.progress;
 }
 
 RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   set_state(State::building);
-  const bool goes_back = control_.begin() && kept_.number > 0;
+  std::shared_ptr<const SavedState> again;
+  if (control_.begin()) {
+    const std::lock_guard lock(mutex_);
+    again.swap(again_);
+  }
+  again ? past_.forget_after(again->number) : past_.clear();
   const std::unique_ptr<FrameSource> source = open_scene_source(scene_, options_.named);
   const BodyAssets assets = load_body_assets(scene_);
   const auto perception = make_perception(devices, scene_, source->rig(), assets);
@@ -113,17 +158,21 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   frame_.take();
   view_.put(std::move(view));
   RunProgress progress;
-  if (goes_back) progress = go_back(*source, world);
+  if (again) {
+    progress = go_back(*again, *source, world);
+    control_.set_grab(std::nullopt);  // nobody holds that tissue now
+  }
   set_state(State::running);
+  FrameLoop* at = nullptr;
   ViewSink sink(scene_, world, control_, frame_, on_news_,
                 {.tools = options_.tools,
                  .wears_photographs = scene_.view.photographs > 0,
-                 .frames_before = goes_back ? kept_.number : 0});
-  FrameLoop* at = nullptr;
+                 .frames_before = again ? again->number : 0,
+                 .seen = [&](const auto& frame) { remember(frame, world, at->progress()); }});
   const auto should_stop = [&] {
     while (!sink.may_go_on()) {
       if (sink.turn() != RunControl::Turn::keep) return true;
-      keep(world, at->progress(), sink.number());
+      keep(save(world, at->progress(), sink.number()));
     }
     return false;
   };
@@ -136,7 +185,7 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   set_state(State::ended);
   RunControl::Turn turn = control_.wait_for_restart();
   for (; turn == RunControl::Turn::keep; turn = control_.wait_for_restart())
-    keep(world, loop.progress(), sink.number());
+    keep(save(world, loop.progress(), sink.number()));
   return turn;
 }
 

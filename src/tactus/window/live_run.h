@@ -8,6 +8,7 @@
 
 #include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_view.h"
+#include "tactus/window/seen_frames.h"
 #include "tactus/window/view_sink.h"
 
 namespace tactus {
@@ -23,7 +24,8 @@ class LiveRun {
   struct Options {
     std::string named = "scene";  ///< before messages: the scene's file
     std::string devices = "auto";
-    std::vector<std::string> tools;  ///< names of held obstacles and blades that the mouse may hold
+    std::vector<std::string> tools;        ///< names of held obstacles and blades that the mouse may hold
+    std::size_t past_bytes = 256'000'000;  ///< of frames that were seen; 0: none is kept
   };
   LiveRun(Scene scene, Options options);
   /// Stops and waits for the frame that runs.
@@ -44,22 +46,26 @@ class LiveRun {
   std::unique_ptr<SceneView> take_view() { return view_.take(); }
   /// The newest frame since the last call, or nullptr.
   std::shared_ptr<const ViewedFrame> take_frame() { return frame_.take(); }
-  /// Number of the frame that is kept; 0: none.
-  int kept_frame() const;
+  /// Frames that were seen. Goes on while the physics runs.
+  const SeenFrames& past() const { return past_; }
+  /// The state that RunControl::keep() kept; nullptr: none.
+  std::shared_ptr<const SavedState> kept() const;
+  /// Keeps a state of the past.
+  void keep(std::shared_ptr<const SavedState> state);
+  /// Starts again from there: the frames after it, with the same bits where nobody touches or sets anything.
+  void simulate_again(std::shared_ptr<const SavedState> state);
+  /// Why this run can't do that; "": it can.
+  std::string why_not_again() const;
   /// @throws the exception that ended the physics; nothing where none did.
   void rethrow_failure();
 
  private:
   void work() noexcept;
-  /// State after a frame, and how far its source had come.
-  struct Kept {
-    std::string bytes;
-    RunProgress progress;
-    int number = 0;
-  };
-  void keep(World& world, const RunProgress& progress, int number);
+  /// @returns nullptr where it can't be saved.
+  std::shared_ptr<const SavedState> save(World& world, const RunProgress& progress, int number);
+  void remember(const std::shared_ptr<const ViewedFrame>& frame, World& world, const RunProgress& progress);
   /// Takes from the source the frames so far again. @returns how far it has come
-  RunProgress go_back(FrameSource& source, World& world) const;
+  RunProgress go_back(const SavedState& state, FrameSource& source, World& world) const;
   /// From start to stop or restart.
   RunControl::Turn run_once(DeviceSet& devices);
   void set_state(State state);
@@ -75,7 +81,10 @@ class LiveRun {
   State state_ = State::building;
   bool has_ended_ = false;
   std::exception_ptr failure_;
-  Kept kept_;  ///< number 0: nothing
+  std::shared_ptr<const SavedState> kept_, again_;  ///< again: from where the next run begins
+  std::string why_not_again_;
+  SeenFrames past_;
+  double save_due_s_ = 0;
   std::thread thread_;
 };
 

@@ -100,8 +100,9 @@ std::vector<HelpLine> help_lines(const MouseHolds& holds) {
                               {"space", "pause, go on"},
                               {".", "one frame, then pause"},
                               {"r", "start again"},
-                              {"k", "keep this frame"},
-                              {"b", "back to it, and simulate again"},
+                              {"left, right, Home, End", "through what was seen"},
+                              {"b", "simulate again from there"},
+                              {"k; then b", "keep this frame; back to it"},
                               {"c", "contacts as arrows"},
                               {"v", "the scene's own view"},
                               {"s", "save the picture, without panels"},
@@ -179,17 +180,34 @@ std::vector<PanelModel::Slider> sliders(const ViewedFrame& frame,
   return all;
 }
 
+PanelModel::Past past_slider(const ShownPast& past, int newest) {
+  PanelModel::Past shown{past.range.first, past.range.last, past.frame ? past.frame->number : newest, "",
+                         false};
+  if (shown.first >= shown.last) return shown;
+  shown.text = "seen: frames " + std::to_string(shown.first) + " to " + std::to_string(shown.last);
+  if (!past.frame) return shown;
+  shown.can_go_on_from = past.again_from > 0;
+  if (shown.can_go_on_from)
+    shown.text = "b: simulate again from frame " + std::to_string(past.again_from);
+  else if (!past.why_not_again.empty())
+    shown.text = past.why_not_again;
+  else
+    shown.text = "no state of this frame was saved";
+  return shown;
+}
+
 }  // namespace
 
 PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
                        bool is_paused, const std::map<std::string, double>& pending, int kept_frame,
-                       const std::string& tool) {
+                       const std::string& tool, const ShownPast& past) {
   PanelModel model;
-  model.state = state_text(state, is_paused, history.pace());
+  model.state = past.frame ? "the past: End shows the present" : state_text(state, is_paused, history.pace());
   model.title = "tactus: " + name + ", " + state_word(state, is_paused);
   if (kept_frame > 0) model.kept = "b goes back to frame " + std::to_string(kept_frame);
-  const ViewedFrame* frame = history.newest();
+  const ViewedFrame* frame = past.frame ? past.frame.get() : history.newest();
   if (frame == nullptr) return model;
+  model.past = past_slider(past, history.newest()->number);
   char text[96];
   std::snprintf(text, sizeof text, "%.2f s, frame %d", frame->time_s, frame->number);
   model.clock = text;

@@ -24,12 +24,19 @@ struct PanelModel {
     double value = 0, low = 0, high = 1;
     bool is_logarithmic = false;
   };
-  std::string title;   ///< of the window
-  std::string state;   ///< "running at 0.8 of real time"
-  std::string clock;   ///< "4.27 s, frame 128"
-  std::string tool;    ///< "ball: 0.84 N"; "": none
-  std::string pull;    ///< "pull: 0.84 N"; "": nothing is grabbed
-  std::string kept;    ///< "b goes back to frame 128"; "": nothing is kept
+  std::string title;  ///< of the window
+  std::string state;  ///< "running at 0.8 of real time"
+  std::string clock;  ///< "4.27 s, frame 128"
+  std::string tool;   ///< "ball: 0.84 N"; "": none
+  std::string pull;   ///< "pull: 0.84 N"; "": nothing is grabbed
+  std::string kept;   ///< "b goes back to frame 128"; "": nothing is kept
+  /// Frames that were seen, as a slider.
+  struct Past {
+    int first = 0, last = 0, shown = 0;
+    std::string text;             ///< "seen: frames 1 to 128"; "": nothing to choose from
+    bool can_go_on_from = false;  ///< simulating again is possible
+  };
+  Past past;
   std::string arrows;  ///< the force of the longest arrow; "": without bodies
   std::vector<Stage> stages;
   std::vector<Curve> curves;
@@ -84,10 +91,18 @@ class RunHistory {
   std::vector<std::pair<double, double>> times_;  ///< of the source, and when it was shown
 };
 
+/// A run's past, as a window shows it.
+struct ShownPast {
+  SeenFrames::Range range;
+  std::shared_ptr<const ViewedFrame> frame;  ///< that is shown; nullptr: the newest
+  int again_from = 0;                        ///< frame from which it can be simulated again; 0: none
+  std::string why_not_again;                 ///< LiveRun::why_not_again
+};
+
 /// @param name of the scene @param pending parameters that were set since the newest frame
-/// @param kept_frame LiveRun::kept_frame @param tool in the hand; "": none
+/// @param kept_frame number of the frame that is kept; 0: none @param tool in the hand; "": none
 PanelModel panel_model(const std::string& name, const RunHistory& history, LiveRun::State state,
                        bool is_paused, const std::map<std::string, double>& pending = {}, int kept_frame = 0,
-                       const std::string& tool = "");
+                       const std::string& tool = "", const ShownPast& past = {});
 
 }  // namespace tactus

@@ -140,6 +140,7 @@ PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
     ImGui::SameLine();
     requests.restart = ImGui::Button("Restart");
     text_at_right("h: help");
+    draw_past(model.past, requests);
     if (!model.stages.empty()) {
       ImGui::Separator();
       ImGui::TextDisabled("stages");
@@ -169,6 +170,16 @@ PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
   }
   draw_sliders(model, top_px, requests);
   return requests;
+}
+
+void Panels::draw_past(const PanelModel::Past& past, PanelRequests& requests) {
+  if (past.text.empty()) return;
+  ImGui::Separator();
+  text(past.text);
+  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
+  int shown = past.shown;
+  if (ImGui::SliderInt("##past", &shown, past.first, past.last, "frame %d")) requests.past_frame = shown;
+  if (past.can_go_on_from) requests.again = ImGui::Button("Simulate again");
 }
 
 void Panels::draw_sliders(const PanelModel& model, float top_px, PanelRequests& requests) {

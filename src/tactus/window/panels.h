@@ -10,7 +10,8 @@ namespace tactus {
 
 /// Requests of the panels' buttons.
 struct PanelRequests {
-  bool toggle_pause = false, step = false, restart = false;
+  bool toggle_pause = false, step = false, restart = false, again = false;
+  int past_frame = 0;     ///< that is to be shown; 0: as before
   std::string parameter;  ///< that is set; "": none
   double value = 0;       ///< of it
 };
@@ -43,6 +44,7 @@ class Panels {
  private:
   void load_font(float scale);
   /// @param top_px below the curves
+  void draw_past(const PanelModel::Past& past, PanelRequests& requests);
   void draw_sliders(const PanelModel& model, float top_px, PanelRequests& requests);
 
   float scale_ = 0;

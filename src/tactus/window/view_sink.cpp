@@ -96,6 +96,7 @@ void ViewSink::hand_over(Seen seen, const RunNotices& noted) {
   const std::vector<Notice>& notices = noted.notices();
   for (std::size_t i = notices.size() - std::min(notices.size(), kMostNotices); i < notices.size(); ++i)
     shown->notices.push_back(notices[i].text + (notices[i].remedy.empty() ? "" : "; " + notices[i].remedy));
+  if (options_.seen) options_.seen(shown);
   newest_.put(std::move(shown));
   if (on_news_) on_news_();
 }

@@ -42,6 +42,8 @@ class ViewSink final : public FrameSink {
     std::vector<std::string> tools;  ///< names of held obstacles and blades
     bool wears_photographs = false;
     int frames_before = 0;  ///< where it goes on from a kept state
+    std::function<void(const std::shared_ptr<const ViewedFrame>&)> seen =
+        {};  ///< after each that was handed over
   };
   /// @param on_news called after each frame that was handed over, on the physics' thread. Keeps references.
   ViewSink(const Scene& scene, World& world, RunControl& control,

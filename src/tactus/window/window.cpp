@@ -56,16 +56,48 @@ class ViewWindow {
       has_camera_ = true;
       has_picture_ = false;
       history_.clear();
+      past_.reset();
       mouse_.release();
     }
     if (auto frame = run_.take_frame(); frame && view_) {
-      view_->show(*frame->snapshot, frame->photos);
-      is_drawn_ = false;
-      has_picture_ = true;
-      history_.add(std::move(frame));
-      pictures_due_ = std::max(pictures_due_, 1);  // panels take the size of their text a picture later
+      history_.add(frame);
+      if (!past_) show_frame(*frame);
     }
   }
+
+  void show_frame(const ViewedFrame& frame) {
+    view_->show(*frame.snapshot, frame.photos);
+    is_drawn_ = false;
+    has_picture_ = true;
+    pictures_due_ = std::max(pictures_due_, 1);  // panels take the size of their text a picture later
+  }
+
+  const ViewedFrame* shown() const { return past_ ? past_.get() : history_.newest(); }
+
+  /// Pauses, and shows a frame that was seen; the newest is no past.
+  void show_past(const SeenFrame& seen) {
+    if (!seen.frame || !has_picture_) return;
+    if (run_.state() == LiveRun::State::running) run_.control().set_paused(true);
+    past_ = seen.frame->number < history_.newest()->number ? seen.frame : nullptr;
+    show_frame(*shown());
+  }
+
+  void leave_past() {
+    if (!past_) return;
+    past_.reset();
+    show_frame(*history_.newest());
+  }
+
+  void scrub(const WindowInput& input) {
+    if (!has_picture_) return;
+    const SeenFrames& past = run_.past();
+    if (input.past_steps != 0) show_past(past.moved(shown()->number, input.past_steps));
+    if (input.pressed_home) show_past(past.nearest(past.range().first));
+    if (input.pressed_end) leave_past();
+  }
+
+  /// From the frame that is shown, or from the one that is kept.
+  void simulate_again() { run_.simulate_again(past_ ? run_.past().state_at(past_->number) : run_.kept()); }
 
   void follow(const WindowInput& input) {
     const Vec2i size = window_.framebuffer_px();
@@ -79,18 +111,21 @@ class ViewWindow {
       is_drawn_ = false;
     }
     if (input.pressed_tab) shows_panels_ = !shows_panels_;
-    if (!panels_.wants_text())
+    if (!panels_.wants_text()) {
       for (const unsigned code : input.typed) type(code);
-    if (const ViewedFrame* frame = history_.newest(); frame != nullptr)
+      scrub(input);
+    }
+    if (const ViewedFrame* frame = history_.newest(); frame != nullptr && !past_)
       mouse_.follow(input, *frame, camera_, {static_cast<float>(size.x), static_cast<float>(size.y)});
   }
 
   void type(unsigned code) {
+    if (code == ' ' || code == '.') leave_past();
     if (code == ' ') run_.control().toggle_pause();
     if (code == '.') run_.control().step();
     if (code == 'r') run_.control().restart();
-    if (code == 'k') run_.control().keep();
-    if (code == 'b' && run_.kept_frame() > 0) run_.control().go_back();
+    if (code == 'k') past_ ? run_.keep(run_.past().state_at(past_->number)) : run_.control().keep();
+    if (code == 'b') simulate_again();
     if (code == 't') mouse_.take_next_tool();
     if (code == 'h') shows_help_ = !shows_help_;
     if (code == 'c') shows_contacts_ = !shows_contacts_;
@@ -105,7 +140,7 @@ class ViewWindow {
   /// Drawn anew, as a film's, in a context of its own: a thread has one at a time.
   void save_picture() {
     const Vec2i size = window_.framebuffer_px();
-    const std::string path = options_.name + "-" + std::to_string(history_.newest()->number) + ".png";
+    const std::string path = options_.name + "-" + std::to_string(shown()->number) + ".png";
     std::string error;
     std::thread([&] {
       try {
@@ -140,24 +175,38 @@ class ViewWindow {
     window_.show_picture();
   }
 
+  ShownPast shown_past() const {
+    ShownPast shown{run_.past().range(), past_, 0, run_.why_not_again()};
+    if (!past_) return shown;
+    const auto state = run_.past().state_at(past_->number);
+    shown.again_from = state ? state->number : 0;
+    return shown;
+  }
+
   void draw_panels(Vec2i size) {
     RunControl& control = run_.control();
     const bool is_paused = control.is_paused();
-    const PanelModel model = panel_model(options_.name, history_, run_.state(), is_paused,
-                                         control.pending_parameters(), run_.kept_frame(), mouse_.tool());
+    const bool can_scrub = is_paused || run_.state() == LiveRun::State::ended;
+    if (past_ && !can_scrub) leave_past();
+    const auto kept = run_.kept();
+    const PanelModel model =
+        panel_model(options_.name, history_, run_.state(), is_paused, control.pending_parameters(),
+                    kept ? kept->number : 0, mouse_.tool(), can_scrub ? shown_past() : ShownPast{});
     window_.set_title(model.title);
     panels_.begin(text_scale(window_.content_scale(), size));
     if (has_picture_) {
       panels_.draw_labels(renderer_.labels());
-      if (shows_contacts_)
-        panels_.draw_arrows(history_.newest()->contacts, camera_, 0.12F * camera_.distance_m);
-      if (const auto spring = mouse_.spring(*history_.newest()))
+      if (shows_contacts_) panels_.draw_arrows(shown()->contacts, camera_, 0.12F * camera_.distance_m);
+      if (const auto spring = past_ ? std::nullopt : mouse_.spring(*history_.newest()))
         panels_.draw_spring(spring->from_m, spring->to_m, camera_);
     } else {
       panels_.draw_message(model.state);
     }
     if (shows_panels_) {
       const PanelRequests requests = panels_.draw(model, is_paused);
+      if (requests.toggle_pause || requests.step) leave_past();
+      if (requests.past_frame > 0) show_past(run_.past().nearest(requests.past_frame));
+      if (requests.again) simulate_again();
       if (requests.toggle_pause) control.toggle_pause();
       if (requests.step) control.step();
       if (requests.restart) control.restart();
@@ -174,6 +223,7 @@ class ViewWindow {
   Renderer renderer_;
   std::unique_ptr<SceneView> view_;
   RunHistory history_;
+  std::shared_ptr<const ViewedFrame> past_;  ///< that is shown instead of the newest
   MouseTools mouse_;
   ViewCamera camera_;
   Vec2i drawn_px_{};

@@ -17,6 +17,8 @@ struct WindowInput {
   bool is_released = false;
   std::vector<unsigned> typed;
   bool pressed_tab = false;
+  int past_steps = 0;  ///< arrows: < 0 back, > 0 on
+  bool pressed_home = false, pressed_end = false;
   PicturePoint pressed_px, mouse_px;
   bool is_empty = true;
 };
