@@ -151,5 +151,41 @@ TEST_F(Output, VtkFilesShowABodyAsItIsCut) {
   EXPECT_EQ(files().size(), 6U) << "scene, two of the body, two of the filmed ball, the collection";
 }
 
+/// The same bytes as a run whose scene asks for them, though this scene asks for every second frame; and the
+/// surfaces of a recording, without a scene.
+TEST_F(Output, ExportWritesFilesOfScenesAndRecordings) {
+  const auto text_of = [](const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(in)), {});
+  };
+  const std::string falls =
+      write("s.yaml",
+            "source: {kind: synthetic, figure: hand}\nreconstruction: {resolution: 16}\n"
+            "bodies: [{name: b, shape: {kind: box, size_m: [0.04, 0.04, 0.04]}, spacing_m: 0.02}]\n"
+            "output: {mesh_every: 2, vtk_every: 2, usd_every: 2}\n");
+  const Outcome run = shell("TACTUS run " + falls + " --frames 3 --view none --devices cpu --out " +
+                            path("run") + " --record " + path("hand.rec"));
+  ASSERT_EQ(run.code, 0) << run.text;
+  const Outcome same = shell("TACTUS export " + falls + " --to usd,vtk,ply --every 2 --frames 3 --out " +
+                             path("same") + " --devices cpu");
+  ASSERT_EQ(same.code, 0) << same.text;
+  EXPECT_TRUE(has(same.text, "files: " + path("same"))) << same.text;
+  std::size_t count = 0;
+  for (const auto& file : fs::directory_iterator(path("run"))) {
+    if (file.path().filename().string()[0] == '.') continue;
+    ++count;
+    EXPECT_EQ(text_of(path("same") + "/" + file.path().filename().string()), text_of(file.path()))
+        << file.path();
+  }
+  EXPECT_EQ(count, 10U) << "surfaces and nodes of the body and of the hand, twice; one .pvd, one .usda";
+
+  const Outcome hull =
+      shell("TACTUS export " + path("hand.rec") + " --to ply --devices cpu --out " + path("hull"));
+  ASSERT_EQ(hull.code, 0) << hull.text;
+  EXPECT_TRUE(fs::exists(path("hull/hand-real-00000.ply"))) << hull.text;
+  EXPECT_FALSE(fs::exists(path("hull/hand.usda")));
+  EXPECT_EQ(shell("TACTUS export " + falls + " --to obj").code, 2);
+}
+
 }  // namespace
 }  // namespace tactus::test

@@ -13,6 +13,7 @@ CLI::Option* add_devices(CLI::App& command, std::string& devices);
 
 void add_run_command(CLI::App& app);
 void add_view_command(CLI::App& app);
+void add_export_command(CLI::App& app);
 void add_xr_command(CLI::App& app);
 void add_reconstruct_command(CLI::App& app);
 void add_background_command(CLI::App& app);

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
         tactus::add_run_command(app);
         tactus::add_view_command(app);
         tactus::add_xr_command(app);
+        tactus::add_export_command(app);
         tactus::add_reconstruct_command(app);
         tactus::add_doctor_command(app);
         tactus::add_background_command(app);

@@ -43,8 +43,9 @@ bool writes_into_folder(const RunOptions& options, const Scene& scene) {
          scene.output.usd_every > 0 || scene.output.trace;
 }
 
-void run(const RunOptions& options) {
-  const Scene scene = scene_of(options);
+}  // namespace
+
+void run_scene(const RunOptions& options, const Scene& scene) {
   const double budget_s = parse_budget_s(options.budget);
   std::optional<FolderLock> lock;
   if (writes_into_folder(options, scene)) lock.emplace(options.out);
@@ -106,8 +107,6 @@ void run(const RunOptions& options) {
   finish_run(options, scene, *source, world, loop, sinks, stem, devices.name());
 }
 
-}  // namespace
-
 void add_run_command(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* command = app.add_subcommand("run", "Run a scene: cameras in, soft bodies pushed, pictures out");
@@ -117,7 +116,7 @@ void add_run_command(CLI::App& app) {
       "--json out/demo.json\n"
       "  tactus run my-scene.yaml --view none --explain        # a run went bad: where and why\n"
       "  tactus run my-scene.yaml --record touch.rec           # then: --source touch.rec, the same again");
-  command->callback([options] { run(*options); });
+  command->callback([options] { run_scene(*options, scene_of(*options)); });
 }
 
 }  // namespace tactus

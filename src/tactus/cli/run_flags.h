@@ -33,6 +33,8 @@ void add_web_flag(CLI::App& command, bool& is_given, std::string& address, const
 void add_run_flags(CLI::App& command, RunOptions& options);
 /// The scene as the flags change it. @throws usage Error naming the flag that doesn't go with it.
 Scene scene_of(const RunOptions& options);
+/// Runs it to its end, and writes all files that the flags and `output` of the scene ask for.
+void run_scene(const RunOptions& options, const Scene& scene);
 /// @param settings "NAME=VALUE". @throws usage Error naming the one that is none, or that can't be set.
 void set_parameters(SceneParameters& parameters, const std::vector<std::string>& settings);
 /// The recording or live rig that replaces a scene's own source. @param flag before the message

@@ -146,11 +146,13 @@ std::vector<std::string> choose_tools(Scene& scene, const std::string& asked) {
 
 }  // namespace
 
+bool is_film(const std::string& path) { return is_recording(path) || is_rig_file(path); }
+
 ViewedScene viewed_scene(const std::string& path, const std::string& source_path, const std::string& tool) {
   if (!std::filesystem::exists(path)) throw Error("'" + path + "': no such file");
   ViewedScene viewed;
   Scene& scene = viewed.scene;
-  if (is_recording(path) || is_rig_file(path)) {
+  if (is_film(path)) {
     if (!source_path.empty())
       throw usage_error("--source '" + source_path + "' replaces the source of a scene, but '" + path +
                         "' is " + (is_recording(path) ? "a recording" : "a rig file"));

@@ -12,6 +12,8 @@ struct ViewedScene {
   std::vector<std::string> tools;  ///< that the mouse may hold, by name; the one in the hand first
 };
 
+/// Whether a file is a recording or a rig file: images of cameras, without a scene.
+bool is_film(const std::string& path);
 /// Reads a scene file, or a recording or a rig file: then there are no bodies. Scenes that nothing ends go on
 /// without end.
 /// @param source_path "", or a recording or rig that replaces the scene's source
