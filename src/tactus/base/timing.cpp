@@ -25,8 +25,12 @@ void Timings::begin_frame() {
 void Timings::add(const std::string& stage, double begin_s, double end_s, int track) {
   const std::lock_guard lock(mutex_);
   auto [it, fresh] = samples_.try_emplace(stage);
-  if (fresh) order_.push_back(stage);
   Samples& samples = it->second;
+  if (fresh) {
+    order_.push_back(stage);
+    samples.ms.resize(kMostSamples);  // all of its memory now: a run of an hour takes no more
+    samples.ms.clear();
+  }
   const double ms = (end_s - begin_s) * 1e3;
   const bool is_same_frame = frame_ > 0 && std::exchange(samples.frame, frame_) == frame_;
   if (is_same_frame) {
