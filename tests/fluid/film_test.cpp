@@ -245,6 +245,26 @@ TEST_F(FilmOnCpu, WhereAllIsDryNothingRuns) {
   EXPECT_EQ(film.heights_m(), std::vector<float>(sheet.x_m.size(), 0.F));
 }
 
+/// A puddle at rest takes one pass a frame; a drop on it wakes it in the frame after.
+TEST_F(FilmOnCpu, APuddleAtRestTakesOnePassAFrame) {
+  const Sheet sheet(0.05F, 0.05F, 0.002F, 0.05F);
+  SheetFilm film(ctx(), sheet, {}, 0, kFrame_s);
+  film.fill(sheet, [](Vec3f x) { return std::hypot(x.x - 0.025F, x.y) < 0.01F ? 1e-6 / 3.14e-4 : 0.0; });
+  film.step();
+  film.step();
+  EXPECT_EQ(film.passes().passes, 16);
+  int frames = 2;
+  for (; frames < 900 && film.passes().passes > 1; ++frames) film.step();
+  std::printf("at rest after %.2f s\n", frames * double{kFrame_s});
+  EXPECT_EQ(film.passes().passes, 1);
+  std::vector<std::int64_t> v = film.volumes();
+  *std::max_element(v.begin(), v.end()) += std::llround(2e-8 * double{kFilmUnits_1_m3});
+  film.set_volumes(v);
+  film.step();
+  film.step();
+  EXPECT_EQ(film.passes().passes, 16);
+}
+
 TEST_F(FilmOnCpu, SettingsOutOfRangeAreNamed) {
   const auto refusal = [&](const FilmSettings& s) {
     return test::message_of([&] { Film(ctx(), s, 8, 8, 24); });

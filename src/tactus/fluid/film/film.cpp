@@ -48,6 +48,7 @@ Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, I
       triangles_(ctx.device(), max_triangles),
       spokes_(ctx.device(), max_incident),
       flow_(ctx.device(), 3 * std::int64_t{max_triangles}),
+      change_(ctx.device(), max_vertices),
       mark_(ctx.device(), max_vertices),
       wider_(ctx.device(), max_vertices),
       flag_(ctx.device(), max_triangles),
@@ -64,37 +65,39 @@ Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, I
   ctx.fill_bytes(stain_.view(), 0);
   ctx.fill_bytes(height_.view(), 0);
   ctx.fill_bytes(flow_.view(), 0);
+  ctx.fill_bytes(change_.view(), 0);
+  ctx.fill_bytes(region_count_.view(), 0);
   ctx.fill_bytes(passes_.view(), 0);
   ctx.fill_bytes(sums_.view(), 0);
 }
 
-FilmRegion Film::find_region(ExecContext& ctx, const FilmSurface& surface) {
+/// Passes over all of the surface read a number each; all else follows the wet part.
+void Film::find_region(ExecContext& ctx, const FilmSurface& surface) {
   const Index n = surface.vertices.capacity, m = surface.triangles.capacity;
   const View<Index> found_vertices = region_count_.view().part(0, 1),
                     found_triangles = region_count_.view().part(1, 1);
   const View<Index> list = region_vertex_.view().part(0, n);
   ctx.parallel_for("film/wet", surface.vertices,
-                   MarkWetFilm{volume_.const_view(), mark_.view(), height_.view()});
+                   MarkWetFilm{volume_.const_view(), mark_.view(), change_.view(), height_.view()});
   ctx.compact("film/list", surface.vertices, mark_.const_view().part(0, n), list, found_vertices);
   ctx.parallel_for("film/gate", 1, GateFilm{surface, View<const Index>(found_vertices), gate_.view()});
   const Count vertices(gate_.const_view().part(0, 1), n), triangles(gate_.const_view().part(1, 1), m);
   for (Index k = 0; k < rings_; ++k) {
     Buffer<Index>&from = k % 2 == 0 ? mark_ : wider_, &to = k % 2 == 0 ? wider_ : mark_;
-    ctx.parallel_for("film/ring", vertices, MarkFilmRing{surface, from.const_view(), to.view()});
+    ctx.copy(from.const_view(), to.view());
+    ctx.parallel_for("film/ring", vertices, MarkFilmRing{surface, from.const_view(), to.view(), k + 1});
   }
   ctx.compact("film/list", vertices, marks().const_view().part(0, n), list, found_vertices);
-  ctx.parallel_for("film/flag", triangles,
-                   FlagFilmTriangles{surface.corners, marks().const_view(), flag_.view()});
+  ctx.fill_bytes(flag_.view(), 0);
+  ctx.parallel_for("film/flag", Count(View<const Index>(found_vertices), n),
+                   FlagFilmTriangles{surface, View<const Index>(list), flag_.view()});
   ctx.compact("film/list", triangles, flag_.const_view().part(0, m), region_triangle_.view().part(0, m),
               found_triangles);
-  return {{View<const Index>(found_vertices), n},
-          {View<const Index>(found_triangles), m},
-          region_vertex_.const_view(),
-          region_triangle_.const_view()};
 }
 
 void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FrameParams> frame) {
-  const FilmRegion region = find_region(ctx, surface);
+  find_region(ctx, surface);
+  const FilmRegion region = this->region();
   ctx.parallel_for(
       "film/triangles", region.triangles,
       MeasureFilmTriangles{law_, surface, region.triangle, frame, marks().const_view(), triangles_.view()});
@@ -102,9 +105,10 @@ void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FramePa
       "film/vertices", region.vertices,
       MeasureFilmVertices{surface, region.vertex, triangles_.const_view(), volume_.const_view(), area_.view(),
                           gravity_.view(), eigen_.view(), height_.view(), spokes_.view()});
-  ctx.parallel_for("film/rates", ceil_div(surface.triangles.capacity, FindFilmRates::kThreads),
-                   FindFilmRates{law_, surface, region, eigen_.const_view(), height_.const_view(),
-                                 triangles_.view(), rate_.view()});
+  ctx.parallel_for(
+      "film/rates", ceil_div(surface.triangles.capacity, FindFilmRates::kThreads),
+      FindFilmRates{law_, surface, region, eigen_.const_view(), height_.const_view(), volume_.const_view(),
+                    change_.const_view(), triangles_.view(), rate_.view()});
   ctx.parallel_for("film/plan", 1,
                    PlanFilmPasses{region, frame, rate_.const_view(), passes_.view(), vertex_count_.view(),
                                   triangle_count_.view()});
@@ -120,7 +124,7 @@ void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FramePa
                  height_.const_view(), pressure_.const_view(), flow_.view()});
     ctx.parallel_for("film/gather", vertices,
                      GatherFilm{region.vertex, surface.lists, spokes_.const_view(), flow_.const_view(),
-                                area_.const_view(), volume_.view(), height_.view()});
+                                area_.const_view(), volume_.view(), change_.view(), height_.view()});
   }
   if (drying_m_s_ > 0)
     ctx.parallel_for("film/dry", region.vertices,
@@ -158,6 +162,7 @@ void Film::archive(ExecContext& ctx, StateArchive& a) {
                             stain = to_host(ctx, stain_.const_view());
   a.values("volumes of film", volume);
   a.values("volumes of stains", stain);
+  a.buffer(ctx, "changes of film", change_);
   constexpr std::int64_t kMost = std::int64_t{1} << 56;  // 1 m^3
   const auto is_volume = [](std::int64_t units) { return units >= 0 && units <= kMost; };
   a.check(std::all_of(volume.begin(), volume.end(), is_volume), "volumes of film");

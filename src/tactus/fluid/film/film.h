@@ -56,6 +56,13 @@ class Film {
   View<const std::int64_t> stains() const { return stain_.const_view(); }
   /// After the last step; 0 where it is dry.
   View<const float> heights_m() const { return height_.const_view(); }
+  /// That the last step looked at: all that was wet, and some rings more. The views last as long as the film.
+  FilmRegion region() const {
+    return {{region_count_.const_view().part(0, 1), region_vertex_.size()},
+            {region_count_.const_view().part(1, 1), region_triangle_.size()},
+            region_vertex_.const_view(),
+            region_triangle_.const_view()};
+  }
   /// (1) of the last sum()
   View<const FilmSums> sums() const { return sums_.const_view(); }
   /// (1) of the last step
@@ -63,7 +70,7 @@ class Film {
 
  private:
   const Buffer<Index>& marks() const { return rings_ % 2 == 0 ? mark_ : wider_; }
-  FilmRegion find_region(ExecContext& ctx, const FilmSurface& surface);
+  void find_region(ExecContext& ctx, const FilmSurface& surface);
 
   FilmLaw law_;
   Index rings_;
@@ -72,7 +79,7 @@ class Film {
   Buffer<float> area_, gravity_, eigen_, height_, pressure_;
   Buffer<FilmTriangle> triangles_;
   Buffer<FilmSpoke> spokes_;
-  Buffer<Index> flow_;
+  Buffer<Index> flow_, change_;
   Buffer<Index> mark_, wider_, flag_, gate_, region_vertex_, region_triangle_, region_count_;
   Buffer<float> rate_;
   Buffer<FilmPasses> passes_;

@@ -46,6 +46,8 @@ FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& setting
       round_(ctx.device(), film.max_vertices()),
       flag_(ctx.device(), film.max_vertices()),
       list_(ctx.device(), film.max_vertices()),
+      giver_(ctx.device(), film.max_vertices()),
+      givers_(ctx.device(), 1),
       flagged_(ctx.device(), 1),
       planned_(ctx.device(), 1),
       slot_(ctx.device(), 1),
@@ -53,6 +55,8 @@ FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& setting
       ledger_(ctx.device(), 1) {
   ctx.fill_bytes(ledger_.view(), 0);
   ctx.fill_bytes(last_x_m_.view(), 0);
+  ctx.fill_bytes(claim_.view(), 0);
+  ctx.fill_bytes(key_.view(), 0);
 }
 
 void FilmExchange::set_gravity_m_s2(float gravity_m_s2, const Film& film) {
@@ -64,6 +68,7 @@ void FilmExchange::set_gravity_m_s2(float gravity_m_s2, const Film& film) {
 
 void FilmExchange::start(ExecContext& ctx, const FilmSurface& surface) {
   ctx.copy(surface.x_m, last_x_m_.view().part(0, surface.x_m.size()));
+  if (settings_.is_still) vertices_.build(ctx, surface.x_m, {}, surface.vertices);
 }
 
 void FilmExchange::add_vertices(ExecContext& ctx, const FilmSurface& surface, Index first, Index end) {
@@ -81,47 +86,42 @@ void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface,
   const FilmSkin skin{surface, normals, last_x_m_.const_view(), frame};
   take(ctx, film, skin, search, liquid);
   give(ctx, film, skin, search, liquid);
-  start(ctx, surface);
-}
-
-/// Leaves in most_ the largest key within two rings of those that have one.
-void FilmExchange::choose(ExecContext& ctx, const FilmSurface& surface) {
-  ctx.parallel_for("film/largest key", surface.vertices,
-                   LargestKey{surface, key_.const_view(), most_.view()});
+  if (!settings_.is_still) start(ctx, surface);
 }
 
 void FilmExchange::take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
                         const LiquidArrivals& liquid) {
-  vertices_.build(ctx, skin.surface.x_m, {}, skin.surface.vertices);
+  if (!settings_.is_still) vertices_.build(ctx, skin.surface.x_m, {}, skin.surface.vertices);
   const View<const Index> id(liquid.id);
   search.visit(ctx, "film/touch", vertices_,
                FindFilmVertex{law_, skin, vertices_.cells().order, View<const Vec3f>(liquid.x_m),
                               View<const Vec3f>(liquid.v_m_s), target_.view()});
   for (int round = 0; round < kRounds; ++round) {
-    ctx.fill_bytes(claim_.view(), 0);
-    ctx.parallel_for("film/claim", search.placed(), ClaimVertices{target_.const_view(), id, claim_.view()});
-    ctx.parallel_for(
-        "film/claims", skin.surface.vertices,
-        KeyClaims{law_, skin, claim_.const_view(), View<const std::int64_t>(film.volumes()), key_.view()});
-    choose(ctx, skin.surface);
-    ctx.parallel_for(
-        "film/take", search.placed(),
-        TakeParticles{law_, skin, target_.view(), id, claim_.const_view(), key_.const_view(),
-                      most_.const_view(), liquid.x_m, film.volumes(), liquid.counters, ledger_.view()});
+    ctx.parallel_for("film/claim", search.placed(),
+                     ClaimVertices{law_, skin, id, View<const std::int64_t>(film.volumes()), target_.view(),
+                                   claim_.view()});
+    ctx.parallel_for("film/take", search.placed(),
+                     TakeParticles{law_, skin, id, target_.view(), claim_.view(), liquid.x_m, film.volumes(),
+                                   liquid.counters, ledger_.view()});
   }
 }
 
 void FilmExchange::give(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
                         const LiquidArrivals& liquid) {
-  const Index n = skin.surface.vertices.capacity;
-  ctx.parallel_for(
-      "film/thick", skin.surface.vertices,
-      KeyThickFilm{law_, skin, film.heights_m(), View<const std::int64_t>(film.volumes()), key_.view()});
-  choose(ctx, skin.surface);
-  ctx.parallel_for(
-      "film/places", skin.surface.vertices,
-      PlaceGiven{law_, skin, key_.const_view(), most_.const_view(), place_m_.view(), flag_.view()});
-  places_.build(ctx, place_m_.const_view().part(0, n), {}, skin.surface.vertices);
+  const Index n = film.max_vertices();
+  const FilmRegion region = film.region();
+  ctx.parallel_for("film/thick", region.vertices,
+                   KeyThickFilm{law_, skin, region.vertex, film.heights_m(),
+                                View<const std::int64_t>(film.volumes()), key_.view()});
+  ctx.parallel_for("film/largest key", region.vertices,
+                   LargestKey{skin.surface, region.vertex, key_.const_view(), most_.view()});
+  ctx.parallel_for("film/givers", region.vertices,
+                   FlagGivers{region.vertex, most_.const_view(), key_.view(), flag_.view()});
+  ctx.compact("film/givers", region.vertices, flag_.const_view(), giver_.view(), givers_.view());
+  const Count givers(givers_.const_view(), n);
+  ctx.parallel_for("film/places", givers,
+                   PlaceGiven{law_, skin, region.vertex, giver_.view(), place_m_.view(), flag_.view()});
+  places_.build(ctx, place_m_.const_view(), {}, givers);
   places_.visit(ctx, "film/room", search,
                 FindLiquidRound{{1.F / law_.spacing_m},
                                 law_.particle_m3,
@@ -130,14 +130,13 @@ void FilmExchange::give(ExecContext& ctx, Film& film, const FilmSkin& skin, cons
                                 round_.view()});
   ctx.parallel_for("film/room", places_.placed(),
                    FlagGiven{law_, places_.cells().order, round_.const_view(), flag_.view()});
-  ctx.compact("film/given", skin.surface.vertices, flag_.const_view().part(0, n), list_.view().part(0, n),
-              flagged_.view());
+  ctx.compact("film/given", givers, flag_.const_view(), list_.view(), flagged_.view());
   ctx.parallel_for(
       "film/plan given", 1,
       PlanGiven{flagged_.const_view(), liquid, planned_.view(), slot_.view(), id_.view(), ledger_.view()});
   ctx.parallel_for("film/give", Count(planned_.const_view(), n),
-                   GiveParticles{law_, skin, list_.const_view(), slot_.const_view(), id_.const_view(),
-                                 place_m_.const_view(), film.volumes(), liquid});
+                   GiveParticles{law_, skin, list_.const_view(), giver_.const_view(), slot_.const_view(),
+                                 id_.const_view(), place_m_.const_view(), film.volumes(), liquid});
 }
 
 }  // namespace tactus

@@ -4,10 +4,10 @@
 
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindFilmVertex>);
 TACTUS_CUDA_KERNEL(tactus::ClaimVertices);
-TACTUS_CUDA_KERNEL(tactus::KeyClaims);
 TACTUS_CUDA_KERNEL(tactus::LargestKey);
 TACTUS_CUDA_KERNEL(tactus::TakeParticles);
 TACTUS_CUDA_KERNEL(tactus::KeyThickFilm);
+TACTUS_CUDA_KERNEL(tactus::FlagGivers);
 TACTUS_CUDA_KERNEL(tactus::PlaceGiven);
 TACTUS_CUDA_KERNEL(tactus::FlagGiven);
 TACTUS_CUDA_KERNEL(tactus::PlanGiven);

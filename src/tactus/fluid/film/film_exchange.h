@@ -12,6 +12,7 @@ struct FilmExchangeSettings {
   float slow_m_s = 0.5F;    ///< a particle that is faster, seen from the surface, stays one
   float reach_m = 0;        ///< a particle's nearest vertex is at most so far: d and an edge of the surface
   Index max_particles = 0;  ///< that the liquid has room for
+  bool is_still = false;    ///< the surface never moves: its vertices are sorted at the start alone
 };
 
 /// Between two steps of a liquid that is in one part: particles that touch a surface slowly become film, and
@@ -50,7 +51,6 @@ class FilmExchange {
             const LiquidArrivals& liquid);
   void give(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
             const LiquidArrivals& liquid);
-  void choose(ExecContext& ctx, const FilmSurface& surface);
 
   FilmExchangeSettings settings_;
   FilmExchangeLaw law_;
@@ -60,7 +60,7 @@ class FilmExchange {
   Buffer<std::uint64_t> key_, most_;
   Buffer<Vec3f> place_m_, last_x_m_;
   Buffer<LiquidRound> round_;
-  Buffer<Index> flag_, list_, flagged_, planned_, slot_, id_;
+  Buffer<Index> flag_, list_, giver_, givers_, flagged_, planned_, slot_, id_;
   Buffer<FilmLedger> ledger_;
 };
 

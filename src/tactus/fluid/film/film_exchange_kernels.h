@@ -2,9 +2,10 @@
 /// Particles that become film where they touch a surface slowly, and film that becomes particles where it is
 /// too thick. A particle is a whole number of units of volume, so the ledger is exact.
 ///
-/// A particle gives its volume to the triangles round the vertex that is nearest, and is taken from there.
-/// Among vertices that want to exchange at once, those are chosen whose keys are the largest within two
-/// rings: no two of them have a neighbour in common, so each changes its neighbours' volumes alone.
+/// A particle gives its volume to the triangles round the vertex that is nearest. Many do at once: volumes
+/// are integers, so their sums don't depend on the order. A particle comes from the triangles round a vertex:
+/// among vertices that want to give at once, those are chosen whose keys are the largest within two rings. No
+/// two of them have a neighbour in common, so each takes its neighbours' volumes alone.
 #include "tactus/compute/atomic.h"
 #include "tactus/fluid/film/film_kernels.h"
 #include "tactus/fluid/wound_kernels.h"
@@ -101,42 +102,39 @@ struct FindFilmVertex {
   }
 };
 
-/// Thread: slot of a particle. The vertex keeps the least id.
+/// Thread: slot of a particle. The vertex keeps the least id, where its film has room.
 struct ClaimVertices {
-  View<const Index> target, id;
-  View<std::uint32_t> claim;
+  FilmExchangeLaw law;
+  FilmSkin skin;
+  View<const Index> id;
+  View<const std::int64_t> volume;
+  View<Index> target;
+  View<std::uint32_t> claim;  ///< 0: of nobody
   TACTUS_HD void operator()(Index i) const {
-    if (target[i] >= 0) atomic_max(claim[target[i]], key(id[i]));
+    const Index v = target[i];
+    if (v < 0) return;
+    const float area = (1.F / 3) * skin.fan_m2(v), m3 = kFilmUnit_m3 * static_cast<float>(volume[v]);
+    if (area > 0 && m3 <= law.thick_m * area)
+      atomic_max(claim[v], key(id[i]));
+    else
+      target[i] = -1;  // others make it no thinner
   }
   TACTUS_HD static std::uint32_t key(Index id) { return ~static_cast<std::uint32_t>(id); }
 };
 
-/// Thread: vertex. The key of the particle that claims it, where the film has room for that.
-struct KeyClaims {
-  FilmExchangeLaw law;
-  FilmSkin skin;
-  View<const std::uint32_t> claim;
-  View<const std::int64_t> volume;
-  View<std::uint64_t> key;
-  TACTUS_HD void operator()(Index v) const {
-    key[v] = 0;
-    if (claim[v] == 0) return;
-    const float area = (1.F / 3) * skin.fan_m2(v), m3 = kFilmUnit_m3 * static_cast<float>(volume[v]);
-    if (area > 0 && m3 <= law.thick_m * area) key[v] = std::uint64_t{scattered(claim[v])} << 32U | claim[v];
-  }
-};
-
-/// Thread: vertex. Where it has a key, the largest one within two rings. Few have one.
+/// Thread: vertex of the region. Where it has a key, the largest one within two rings. Few have one.
 struct LargestKey {
   FilmSurface surface;
+  View<const Index> region;
   View<const std::uint64_t> key;
-  View<std::uint64_t> most;
-  TACTUS_HD void operator()(Index v) const {
+  View<std::uint64_t> most;  ///< by the region's numbers
+  TACTUS_HD void operator()(Index i) const {
+    const Index v = region[i];
     std::uint64_t m = key[v];
     if (m != 0)
       for (Index e = surface.lists[v].begin; e < surface.lists[v].end; ++e)
         for (int k = 0; k < 3; ++k) m = max(m, within_ring(surface.corners[3 * surface.incident[e] + k]));
-    most[v] = m;
+    most[i] = m;
   }
 
  private:
@@ -148,21 +146,22 @@ struct LargestKey {
   }
 };
 
-/// Thread: slot of a particle.
+/// Thread: slot of a particle. The one whose claim the vertex kept takes it back: claims are nobody's again.
 struct TakeParticles {
   FilmExchangeLaw law;
   FilmSkin skin;
-  View<Index> target;
   View<const Index> id;
-  View<const std::uint32_t> claim;
-  View<const std::uint64_t> key, most;
+  View<Index> target;
+  View<std::uint32_t> claim;
   View<Vec3f> x_m;
   View<std::int64_t> volume;
   View<LiquidCounters> counters;
   View<FilmLedger> ledger;
   TACTUS_HD void operator()(Index i) const {
     const Index v = target[i];
-    if (v < 0 || key[v] == 0 || most[v] != key[v] || claim[v] != ClaimVertices::key(id[i])) return;
+    // Others read a claim that isn't theirs, before it is taken back or after.
+    if (v < 0 || atomic_load(claim[v]) != ClaimVertices::key(id[i])) return;
+    atomic_store(claim[v], 0U);
     const float per_m2 = static_cast<float>(law.particle_units) / (3 * skin.fan_m2(v));
     std::int64_t left = law.particle_units;
     for (Index e = skin.surface.lists[v].begin; e < skin.surface.lists[v].end; ++e) {
@@ -171,29 +170,35 @@ struct TakeParticles {
       for (int k = 0; k < 3; ++k) {
         const Index corner = skin.surface.corners[3 * t + k];
         if (corner == v) continue;
-        volume[corner] += share;
+        give(corner, share);
         left -= share;
       }
     }
-    volume[v] += left;
+    give(v, left);
     const float nowhere = std::bit_cast<float>(0x7FC00000U);
     x_m[i] = {nowhere, nowhere, nowhere};
     target[i] = -1;
     atomic_add(counters[0].taken, 1U);
     atomic_add(ledger[0].taken, 1U);
   }
+
+ private:
+  TACTUS_HD void give(Index v, std::int64_t units) const {
+    atomic_add(reinterpret_cast<std::uint64_t&>(volume[v]), static_cast<std::uint64_t>(units));
+  }
 };
 
-/// Thread: vertex. Where the film is too thick, and there is a particle's volume round the vertex: its height
-/// as a key.
+/// Thread: vertex of the region. Where the film is too thick, and there is a particle's volume round the
+/// vertex: its height as a key.
 struct KeyThickFilm {
   FilmExchangeLaw law;
   FilmSkin skin;
+  View<const Index> region;
   View<const float> height_m;
   View<const std::int64_t> volume;
-  View<std::uint64_t> key;
-  TACTUS_HD void operator()(Index v) const {
-    key[v] = 0;
+  View<std::uint64_t> key;  ///< 0 outside of the region
+  TACTUS_HD void operator()(Index i) const {
+    const Index v = region[i];
     if (!(height_m[v] > law.thick_m)) return;
     const float area = skin.fan_m2(v);
     if (!(area > 0 && height_m[v] > law.thick_m + 1.2F * law.particle_m3 / area)) return;
@@ -205,19 +210,32 @@ struct KeyThickFilm {
   }
 };
 
-/// Thread: vertex. Where a particle would come from it; else nowhere.
+/// Thread: vertex of the region. Flags those that give, and takes keys away.
+struct FlagGivers {
+  View<const Index> region;
+  View<const std::uint64_t> most;
+  View<std::uint64_t> key;
+  View<Index> flag;
+  TACTUS_HD void operator()(Index i) const {
+    const Index v = region[i];
+    flag[i] = key[v] != 0 && most[i] == key[v] ? 1 : 0;
+    key[v] = 0;
+  }
+};
+
+/// Thread: vertex that gives. Where a particle would come from it.
 struct PlaceGiven {
   FilmExchangeLaw law;
   FilmSkin skin;
-  View<const std::uint64_t> key, most;
+  View<const Index> region;
+  View<Index> giver;  ///< a number in the region, then the vertex
   View<Vec3f> place_m;
   View<Index> flag;  ///< emptied
-  TACTUS_HD void operator()(Index v) const {
-    const float nowhere = std::bit_cast<float>(0x7FC00000U);
-    const bool gives = key[v] != 0 && most[v] == key[v];
-    place_m[v] = gives ? skin.surface.x_m[v] + 0.5F * law.spacing_m * skin.normals[v]
-                       : Vec3f{nowhere, nowhere, nowhere};
-    flag[v] = 0;
+  TACTUS_HD void operator()(Index k) const {
+    const Index v = region[giver[k]];
+    giver[k] = v;
+    place_m[k] = skin.surface.x_m[v] + 0.5F * law.spacing_m * skin.normals[v];
+    flag[k] = 0;
   }
 };
 
@@ -256,13 +274,13 @@ struct PlanGiven {
 struct GiveParticles {
   FilmExchangeLaw law;
   FilmSkin skin;
-  View<const Index> list, slot, id;
+  View<const Index> list, giver, slot, id;
   View<const Vec3f> place_m;
   View<std::int64_t> volume;
   LiquidArrivals liquid;
   TACTUS_HD void operator()(Index k) const {
-    const Index v = list[k], to = slot[0] + k;
-    liquid.put(to, place_m[v], skin.velocity_m_s(v), id[0] + k);
+    const Index v = giver[list[k]], to = slot[0] + k;
+    liquid.put(to, place_m[list[k]], skin.velocity_m_s(v), id[0] + k);
     std::int64_t left = law.particle_units - take(v, law.particle_units);
     for (Index e = skin.surface.lists[v].begin; e < skin.surface.lists[v].end; ++e)
       left -= take(skin.next(skin.surface.incident[e], v), left);

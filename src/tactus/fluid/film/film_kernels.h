@@ -81,11 +81,13 @@ TACTUS_HD inline float film_frame_s(const FrameParams& f) {
 /// Thread: vertex. Others may have taken all of its volume: its height is 0 then.
 struct MarkWetFilm {
   View<const std::int64_t> volume;
-  View<Index> mark;
+  View<Index> mark, change;
   View<float> height_m;
   TACTUS_HD void operator()(Index v) const {
     mark[v] = volume[v] > 0 ? 1 : 0;
-    if (volume[v] == 0) height_m[v] = 0;
+    if (volume[v] > 0) return;
+    height_m[v] = 0;
+    change[v] = 0;
   }
 };
 
@@ -100,25 +102,33 @@ struct GateFilm {
   }
 };
 
-/// Thread: vertex. One ring more.
+/// Thread: vertex. Those of the ring before mark their neighbours: all write the same. Few vertices are in a
+/// ring, so this looks at no list but theirs.
 struct MarkFilmRing {
   FilmSurface surface;
   View<const Index> mark;
-  View<Index> wider;
+  View<Index> wider;  ///< a copy of the marks
+  Index ring = 1;     ///< of the vertices that mark; 1: the wet ones
   TACTUS_HD void operator()(Index v) const {
-    Index any = mark[v];
-    for (Index e = surface.lists[v].begin; e < surface.lists[v].end && any == 0; ++e)
-      for (int k = 0; k < 3; ++k) any |= mark[surface.corners[3 * surface.incident[e] + k]];
-    wider[v] = any;
+    if (mark[v] != ring) return;
+    for (Index e = surface.lists[v].begin; e < surface.lists[v].end; ++e)
+      for (int k = 0; k < 3; ++k) {
+        const Index other = surface.corners[3 * surface.incident[e] + k];
+        if (mark[other] == 0)
+          atomic_max(reinterpret_cast<std::uint32_t&>(wider[other]), static_cast<std::uint32_t>(ring) + 1);
+      }
   }
 };
 
-/// Thread: triangle. Those that have a corner in the region.
+/// Thread: vertex of the region. Its triangles.
 struct FlagFilmTriangles {
-  View<const Index> corners, mark;
-  View<Index> flag;
-  TACTUS_HD void operator()(Index t) const {
-    flag[t] = mark[corners[3 * t]] | mark[corners[3 * t + 1]] | mark[corners[3 * t + 2]];
+  FilmSurface surface;
+  View<const Index> region;
+  View<Index> flag;  ///< emptied before
+  TACTUS_HD void operator()(Index i) const {
+    const IndexRange list = surface.lists[region[i]];
+    for (Index e = list.begin; e < list.end; ++e)
+      atomic_max(reinterpret_cast<std::uint32_t&>(flag[surface.incident[e]]), 1U);
   }
 };
 
@@ -201,13 +211,18 @@ struct MeasureFilmVertices {
 };
 
 /// Block: kThreads triangles of the region. The stiffness of each, and the largest number of passes per time
-/// that one asks for.
+/// that one asks for. A film at rest takes one a frame, so that it can be disturbed: more would change
+/// nothing.
 struct FindFilmRates {
   static constexpr int kThreads = 256;
+  /// By so much of itself a volume at rest changes in the last pass: sixteen passes a frame are 1 % a second.
+  static constexpr float kStill = 1e-5F;
   FilmLaw law;
   FilmSurface surface;
   FilmRegion region;
   View<const float> eigen_1_m2, height_m;
+  View<const std::int64_t> volume;
+  View<const Index> change;  ///< of volumes, in the last pass
   View<FilmTriangle> triangles;
   View<float> rate_1_s;  ///< one per block
   struct Shared {
@@ -227,17 +242,21 @@ struct FindFilmRates {
     const FilmTriangle t = triangles[i];
     if (t.is_closed != 0) return 0;  // corners outside of the region have no measures
     float eigen = 0, h = 0;
+    bool is_still = true;
     for (int k = 0; k < 3; ++k) {
       const Index v = surface.corners[3 * i + k];
       eigen = max(eigen, eigen_1_m2[v]);
       h = max(h, height_m[v]);
+      is_still &= abs(static_cast<float>(change[v])) <= kStill * static_cast<float>(volume[v]);
     }
     const float stiffness = t.eigen_1_m2 * (law.density_kg_m3 * abs(t.gn) + law.tension_N_m * eigen);
     triangles[i].stiffness = stiffness;
     // In a pass, liquid flows a quarter of a triangle's height at most: a corner then has what it gives.
     const float speed =
         law.density_kg_m3 * sqrt(sqr(t.gx) + sqr(t.gy)) * law.mobility_1_Pa_s * sqr(h) * sqrt(t.eigen_1_m2);
-    return max(law.mobility_1_Pa_s * h * sqr(h) * stiffness, 2 * speed);
+    const float wanted = max(law.mobility_1_Pa_s * h * sqr(h) * stiffness, 2 * speed);
+    constexpr float kLeast_1_s = 1;  // more than none
+    return is_still ? min(wanted, kLeast_1_s) : wanted;
   }
 };
 
@@ -361,13 +380,17 @@ struct GatherFilm {
   View<const Index> flow;
   View<const float> area_m2;
   View<std::int64_t> volume;
+  View<Index> change;
   View<float> height_m;
   TACTUS_HD void operator()(Index i) const {
     const Index v = region[i];
-    std::int64_t sum = volume[v];
+    const std::int64_t before = volume[v];
+    std::int64_t sum = before;
     for (Index e = lists[v].begin; e < lists[v].end; ++e)
       sum += std::int64_t{flow[spokes[e].take]} - flow[spokes[e].give];
     volume[v] = sum;
+    constexpr std::int64_t kMost = 1 << 30;
+    change[v] = static_cast<Index>(clamp(sum - before, -kMost, kMost));
     const float area = area_m2[v];
     height_m[v] = area > 0 ? kFilmUnit_m3 * static_cast<float>(sum) / area : 0.F;
   }
