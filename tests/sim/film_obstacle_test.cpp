@@ -12,6 +12,7 @@
 #include "support/filmed_world.h"
 #include "tactus/geom/maths/rotation.h"
 #include "tactus/io/scene_file.h"
+#include "tactus/sim/still_obstacles.h"
 
 namespace tactus {
 namespace {
@@ -120,26 +121,50 @@ Puddle puddle_on_first(test::FilmedWorld& world) {
 /// A slab of 20 x 20 x 2.5 mm, laid down. Young and Laplace's puddle at 40 degrees is 31.3 mm across
 /// (film_test.cpp integrates it). 15 %, as for particles on a flat sheet (film_exchange_test.cpp): the edge
 /// lies between two rows of vertices, 6 %; and while particles are not yet film, they slump at up to
-/// (g h)^(1/2) = 0.16 m/s, 2.6 mm a frame, to where the film's edge does not recede. (With a fall of 2 mm,
-/// particles of 1.25 mm end 37.7 mm across, those of 2.5 mm 30.4.)
+/// (g h)^(1/2) = 0.16 m/s, 2.6 mm a frame, to where the film's edge does not recede. From a fall of 2 mm,
+/// too.
 TEST(FilmOnObstacle, AMillilitreIsOnePuddle) {
-  for (const double spacing_m : {0.0025, 0.00125}) {
+  for (const auto& [spacing_m, fall_m] :
+       {std::pair{0.0025, 0.0}, {0.00125, 0.0}, {0.0025, 0.002}, {0.00125, 0.002}}) {
     Scene scene = table();
     scene.fluid->spacing_m = spacing_m;
+    scene.fluid->blocks[0].box.min_m.y += fall_m;
+    scene.fluid->blocks[0].box.max_m.y += fall_m;
     WetTable wet(scene);
     StepReport report;
     for (int k = 0; k < 240; ++k) report = wet.step();
     const Puddle puddle = puddle_on_first(wet.world);
     const double across_m = std::sqrt(4 * puddle.area_m2 / M_PI);
-    std::printf("d %.2f mm: %d particles left, film %.4f ml, %.2f mm across, %d pieces\n", spacing_m * 1e3,
-                report.liquid.here, puddle.volume_m3 * 1e6, across_m * 1e3, puddle.pieces);
-    // Some stop beyond the film's edge, as drops: at most 1 % of them.
+    std::printf("d %.2f mm, fall %.0f mm: %d particles left, film %.4f ml, %.2f mm across, %d pieces\n",
+                spacing_m * 1e3, fall_m * 1e3, report.liquid.here, puddle.volume_m3 * 1e6, across_m * 1e3,
+                puddle.pieces);
+    // The last ones lie in the middle, where the puddle is about as thick as a film may be: at most 2 %.
     const double particle_m3 = spacing_m * spacing_m * spacing_m;
-    EXPECT_LE(report.liquid.here * particle_m3, 0.01e-6);
+    EXPECT_LE(report.liquid.here * particle_m3, 0.02e-6);
     EXPECT_NEAR(puddle.volume_m3 + report.liquid.here * particle_m3, 1e-6, 1e-9);
     EXPECT_NEAR(across_m, 31.3e-3, 0.15 * 31.3e-3);
     EXPECT_EQ(puddle.pieces, 1);
   }
+}
+
+/// On the floor of 'fluid.box', too, where nothing else stands.
+TEST(FilmOnObstacle, AMillilitreIsOnePuddleOnTheFloor) {
+  Scene scene = table();
+  scene.obstacles.clear();
+  scene.fluid->box.min_m.y = 0;
+  scene.fluid->open = LiquidOpen::sides;
+  WetTable wet(scene);
+  StepReport report;
+  for (int k = 0; k < 240; ++k) report = wet.step();
+  const FrameSnapshot now = wet.world.snapshot();
+  ASSERT_EQ(now.wet_obstacles.size(), 1U);
+  EXPECT_EQ(now.wet_obstacles[0].name, kLiquidFloorName);
+  const Puddle puddle = puddle_of(now.wet_obstacles[0]);
+  const double across_m = std::sqrt(4 * puddle.area_m2 / M_PI);
+  std::printf("on the floor: %d particles left, %.2f mm across, %d pieces\n", report.liquid.here,
+              across_m * 1e3, puddle.pieces);
+  EXPECT_NEAR(across_m, 31.3e-3, 0.15 * 31.3e-3);
+  EXPECT_EQ(puddle.pieces, 1);
 }
 
 /// One particle of 2 mm, a ball of 2.5 mm across, on a board: it holds up to 50 degrees (Furmidge 1962, as

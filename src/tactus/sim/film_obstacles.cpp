@@ -8,6 +8,7 @@
 #include "tactus/fluid/film/film_kernels.h"
 #include "tactus/geom/mesh/bisect_edges.h"
 #include "tactus/geom/mesh/box_surface.h"
+#include "tactus/sim/still_obstacles.h"
 #include "tactus/sim/still_solids.h"
 
 namespace tactus {
@@ -133,17 +134,23 @@ WetObstacle FilmObstacles::Part::where_wet(const std::vector<std::int64_t>& film
 }
 
 FilmObstacles::FilmObstacles(ExecContext& ctx, std::span<const ObstacleDescription> obstacles,
-                             const Box3f& box_m, float spacing_m, std::vector<Notice>& notices)
+                             const Box3f& box_m, bool has_floor, float spacing_m,
+                             std::vector<Notice>& notices)
     : edge_m_(std::max(spacing_m, kLeastEdge_m)) {
   const StillSolids solids({}, obstacles);
+  const float touch_m = 0.1F * spacing_m;
   const Vec3f more = 0.25F * spacing_m * Vec3f{1, 1, 1};
   const Box3f wet_m{box_m.min - more, box_m.max + more};
   const auto can_be_wet = [&](const ObstacleDescription& o, Vec3f x_m) {
     const Vec3f out = max(wet_m.min - x_m, x_m - wet_m.max);
-    return o.moves || (std::max({out.x, out.y, out.z}) < 0 && !solids.hold(x_m, 0.1F * spacing_m, &o));
+    const bool is_on_floor = has_floor && o.kind != ObstacleKind::plane && x_m.y < box_m.min.y + touch_m;
+    return o.moves || (std::max({out.x, out.y, out.z}) < 0 && !is_on_floor && !solids.hold(x_m, touch_m, &o));
   };
+  ObstacleDescription floor;
+  floor.name = kLiquidFloorName;
+  floor.T_world_obstacle.t = {0, box_m.min.y, 0};
   Index moving = 0;
-  for (const ObstacleDescription& o : obstacles) {
+  const auto lay = [&](const ObstacleDescription& o) {
     Part part;
     part.name = o.name;
     part.moving = o.moves ? moving++ : -1;
@@ -151,12 +158,15 @@ FilmObstacles::FilmObstacles(ExecContext& ctx, std::span<const ObstacleDescripti
       add(o, std::move(part));
     else
       notices.push_back({"liquid.film_full", Severity::warning,
-                         "obstacle '" + o.name + "' has no film: obstacles would need more than " +
-                             std::to_string(kMostVertices) + " vertices in 'fluid.box', one each " +
+                         (&o == &floor ? "the " + o.name : "obstacle '" + o.name + "'") +
+                             " has no film: obstacles would need more than " + std::to_string(kMostVertices) +
+                             " vertices in 'fluid.box', one each " +
                              number_text(std::round(1e4 * double{edge_m_}) / 1e4) + " m",
                          "raise 'fluid.spacing_m', make 'fluid.box' or the obstacle smaller, or say "
                          "'fluid.film: false'"});
-  }
+  };
+  for (const ObstacleDescription& o : obstacles) lay(o);
+  if (has_floor) lay(floor);
   if (!empty()) take_to_device(ctx);
 }
 
@@ -215,6 +225,10 @@ void FilmObstacles::take_to_device(ExecContext& ctx) {
   normals_ = to_device(ctx, normal_);
   corners_ = to_device(ctx, corners);
   incident_ = IndexLists(ctx, of, 0);
+}
+
+bool FilmObstacles::move() const {
+  return std::any_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.moving >= 0; });
 }
 
 FilmSurface FilmObstacles::surface() const {

@@ -40,11 +40,13 @@ class FilmObstacles {
 
   /// Triangles in the liquid's box get edges of a particle's spacing, and no shorter than 2 mm: a film's edge
   /// is 1 mm wide. Where obstacles stand on one another, there is no film between them. Synchronizes.
+  /// @param has_floor the lower face of the liquid's box is one, too, where no obstacle lies on it
   /// @param notices for each obstacle that would need too many vertices: it has no film
   FilmObstacles(ExecContext& ctx, std::span<const ObstacleDescription> obstacles, const Box3f& box_m,
-                float spacing_m, std::vector<Notice>& notices);
+                bool has_floor, float spacing_m, std::vector<Notice>& notices);
 
   bool empty() const { return parts_.empty(); }
+  bool move() const;  ///< any of them
   Index vertex_count() const { return static_cast<Index>(x_m_.size()); }
   float edge_m() const { return edge_m_; }  ///< the longest
   FilmSurface surface() const;

@@ -34,7 +34,7 @@ bool has_film(const Scene& scene) {
   const bool is_touched = any([](const BodyDescription& b) { return b.contact; });
   if (!scene.fluid) return false;
   const LiquidDescription& f = *scene.fluid;
-  if (f.film) return *f.film && (is_touched || !scene.obstacles.empty());
+  if (f.film) return *f.film && (is_touched || !scene.obstacles.empty() || f.open != LiquidOpen::all);
   return is_touched && f.solver == LiquidModel::dfsph && f.surface_tension_n_m > 0 &&
          any([](const BodyDescription& b) { return b.bleeding.has_value(); });
 }
@@ -53,7 +53,7 @@ FilmSurface SceneFilm::surface_of(const SoftBody* body) const {
 }
 
 SceneFilm::Coat& SceneFilm::add_coat(const FilmSurface& surface, Index most_incident, float reach_m,
-                                     Index vertices) {
+                                     Index vertices, bool is_still) {
   const LiquidSettings& liquid = liquid_.settings();
   Coat& coat = coats_.emplace_back();
   coat.vertices = vertices;
@@ -68,25 +68,32 @@ SceneFilm::Coat& SceneFilm::add_coat(const FilmSurface& surface, Index most_inci
                                                  FilmExchangeSettings{.spacing_m = liquid.spacing_m,
                                                                       .gravity_m_s2 = gravity_m_s2_,
                                                                       .reach_m = reach_m,
-                                                                      .max_particles = liquid.max_particles},
+                                                                      .max_particles = liquid.max_particles,
+                                                                      .is_still = is_still},
                                                  *coat.film);
-  coat.exchange->add_vertices(ctx_, surface, 0, vertices);
+  if (is_still)
+    coat.exchange->start(ctx_, surface);
+  else
+    coat.exchange->add_vertices(ctx_, surface, 0, vertices);
   return coat;
 }
 
 void SceneFilm::add_body(SoftBody& body) {
   const EmbeddedSurface& s = body.surface();
   add_coat(surface_of(&body), s.incident().capacity(), reach_m(body, liquid_.settings().spacing_m),
-           s.vertex_count())
+           s.vertex_count(), false)
       .body = &body;
 }
 
 void SceneFilm::add_obstacles(std::span<const ObstacleDescription> obstacles, std::vector<Notice>& notices) {
+  constexpr Index kFloor = 1 << 2;  // of open_faces
   const LiquidSettings& liquid = liquid_.settings();
-  obstacles_ = std::make_unique<FilmObstacles>(ctx_, obstacles, liquid.box_m, liquid.spacing_m, notices);
+  const bool has_floor = (liquid.open_faces & kFloor) == 0;
+  obstacles_ =
+      std::make_unique<FilmObstacles>(ctx_, obstacles, liquid.box_m, has_floor, liquid.spacing_m, notices);
   if (obstacles_->empty()) return;
   add_coat(obstacles_->surface(), obstacles_->surface().incident.size(),
-           liquid.spacing_m + obstacles_->edge_m(), obstacles_->vertex_count());
+           liquid.spacing_m + obstacles_->edge_m(), obstacles_->vertex_count(), !obstacles_->move());
 }
 
 void SceneFilm::place_obstacles(std::span<const Rigidd> T_world) {

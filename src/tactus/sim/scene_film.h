@@ -26,7 +26,7 @@ class SceneFilm {
   SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid);
   /// Its walls stop the liquid, too. Both must outlive the schedule's runs.
   void add_body(SoftBody& body);
-  /// @param notices for those that are too large
+  /// And on the floor of the liquid's box. @param notices for those that are too large
   void add_obstacles(std::span<const ObstacleDescription> obstacles, std::vector<Notice>& notices);
   /// Before a frame. @param T_world of the obstacles that move, at the end of the last frame
   void place_obstacles(std::span<const Rigidd> T_world);
@@ -55,7 +55,8 @@ class SceneFilm {
   };
   /// On a body, or on the obstacles.
   FilmSurface surface_of(const SoftBody* body) const;
-  Coat& add_coat(const FilmSurface& surface, Index most_incident, float reach_m, Index vertices);
+  Coat& add_coat(const FilmSurface& surface, Index most_incident, float reach_m, Index vertices,
+                 bool is_still);
   void run(Coat& coat, View<const FrameParams> frame);
 
   ExecContext& ctx_;

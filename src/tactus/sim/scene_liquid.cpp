@@ -184,8 +184,8 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
   } else if (description_.film.value_or(false)) {
     first_notices_.push_back(
         {"liquid.no_film", Severity::info,
-         "'fluid.film' is true, but no body or obstacle touches the liquid: there is no film",
-         "let a body have 'contact: true', or add an obstacle"});
+         "'fluid.film' is true, but no body, obstacle or floor touches the liquid: there is no film",
+         "let a body have 'contact: true', add an obstacle, or close the floor of 'fluid.box'"});
   }
 }
 

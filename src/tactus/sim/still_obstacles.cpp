@@ -4,6 +4,22 @@
 #include "tactus/geom/mesh/sphere_surface.h"
 
 namespace tactus {
+namespace {
+
+/// A plate stands for the floor of a liquid's box that is above the ground. Its upper side is there.
+constexpr float kPlate_m = 0.004F, kOnGround_m = 0.001F;
+
+TriangleMesh plate_below(const BoxRegion& box) {
+  const Vec3f low = vec_cast<float>(box.min_m), high = vec_cast<float>(box.max_m);
+  TriangleMesh plate =
+      box_surface({0.5F * (high.x - low.x), 0.5F * kPlate_m, 0.5F * (high.z - low.z)}, {1, 1, 1});
+  const Vec3f middle{0.5F * (low.x + high.x), low.y - 0.5F * kPlate_m, 0.5F * (low.z + high.z)};
+  for (Vec3f& p : plate.positions_m) p = p + middle;
+  plate.normals.clear();
+  return plate;
+}
+
+}  // namespace
 
 std::vector<StillObstacle> still_obstacles(const Scene& scene, const BodyAssets& assets) {
   std::vector<StillObstacle> all;
@@ -17,6 +33,8 @@ std::vector<StillObstacle> still_obstacles(const Scene& scene, const BodyAssets&
     for (Vec3f& p : shown.mesh.positions_m) p = vec_cast<float>(o.placement.to_world(vec_cast<double>(p)));
     if (o.kind != ObstacleShape::box) compute_normals(shown.mesh);
   }
+  if (scene.fluid && scene.fluid->open != LiquidOpen::all && scene.fluid->box.min_m.y > double{kOnGround_m})
+    all.push_back({kLiquidFloorName, plate_below(scene.fluid->box)});
   return all;
 }
 

@@ -119,6 +119,7 @@ StreamScene::StreamScene(const Scene& scene, const Rig& rig, const BodyAssets& a
     if (o.moves()) moving_.push_back(o.name);
     film_names_[o.name] = "film on " + o.name;
   }
+  film_names_[kLiquidFloorName] = std::string("film on ") + kLiquidFloorName;
   for (const BladeDescription& blade : scene.blades)
     if (blade.held) held_blades_.push_back(blade);
   for (StillObstacle& o : still_obstacles(scene, assets)) {
