@@ -80,6 +80,29 @@ TEST(FilmLook, TheEdgeIsSmooth) {
   }
 }
 
+/// A pool of particles of 2.5 mm over a disc of 30 mm: the plate is wet under it up to a spacing beyond its
+/// rim, and nowhere else.
+TEST(FilmLook, IsWetUnderAPool) {
+  WetPlate plate([](Vec3f) { return false; });
+  constexpr float kSpacing_m = 0.0025F;
+  std::vector<Vec3f> pool;
+  for (int k = 0; k < 41 * 41 * 3; ++k) {
+    const Vec3f p = kSpacing_m * Vec3f{static_cast<float>(k % 41 - 20), 0.5F + static_cast<float>(k / 1681),
+                                       static_cast<float>(k / 41 % 41 - 20)};
+    if (std::hypot(p.x, p.z) < 0.03F) pool.push_back(p);
+  }
+  EXPECT_FALSE(wet_under(plate.mesh, {}, kSpacing_m, plate.film.film_m));
+  EXPECT_TRUE(wet_under(plate.mesh, pool, kSpacing_m, plate.film.film_m));
+  for (std::size_t v = 0; v < plate.film.film_m.size(); ++v) {
+    const float r_m = length(plate.mesh.positions_m[v]);
+    if (r_m < 0.03F - kSpacing_m) {
+      EXPECT_GT(plate.film.film_m[v], 1e-4F) << r_m;
+    } else if (r_m > 0.03F + kSpacing_m) {
+      EXPECT_EQ(plate.film.film_m[v], 0) << r_m;
+    }
+  }
+}
+
 TEST(FilmLook, WhatIsDryStaysAsItIs) {
   WetPlate plate([](Vec3f) { return false; });
   std::vector<std::uint8_t> is_crease(plate.mesh.positions_m.size());

@@ -1,7 +1,9 @@
 #include "tactus/run/film_look.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "tactus/geom/mesh/surface_samples.h"
 
@@ -81,7 +83,71 @@ class FilmField {
   SurfaceSamples samples_;
 };
 
+/// Points by cubic cells as wide as a reach.
+class PointCells {
+ public:
+  PointCells(std::span<const Vec3f> points_m, float reach_m) : points_m_(points_m), reach_m_(reach_m) {
+    for (std::size_t k = 0; k < points_m.size(); ++k) {
+      if (!(length(points_m[k]) < 1e6F)) continue;
+      const Cell cell = cell_of(points_m[k]);
+      of_[cell].push_back(k);
+      for_around(cell, [&](const Cell& c) { is_near_[hash(c)] = 1; });
+      box_ = {min(box_.min, points_m[k]), max(box_.max, points_m[k])};
+    }
+    const Vec3f reach{reach_m, reach_m, reach_m};
+    box_ = {box_.min - reach, box_.max + reach};
+  }
+  bool any_near(Vec3f p_m) const {
+    if (of_.empty() || !holds(box_, p_m)) return false;
+    const Cell cell = cell_of(p_m);
+    if (is_near_[hash(cell)] == 0) return false;
+    bool any = false;
+    for_around(cell, [&](const Cell& c) {
+      const auto there = of_.find(c);
+      if (any || there == of_.end()) return;
+      any = std::any_of(there->second.begin(), there->second.end(),
+                        [&](std::size_t i) { return length(points_m_[i] - p_m) < reach_m_; });
+    });
+    return any;
+  }
+
+ private:
+  using Cell = std::array<int, 3>;
+  Cell cell_of(Vec3f p_m) const {
+    const auto part = [&](float x) { return static_cast<int>(std::floor(x / reach_m_)); };
+    return {part(p_m.x), part(p_m.y), part(p_m.z)};
+  }
+  template <class F>
+  static void for_around(const Cell& c, F&& f) {
+    for (int k = 0; k < 27; ++k) f(Cell{c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1});
+  }
+  static std::size_t hash(const Cell& c) {
+    const auto word = [](int x) { return static_cast<std::uint32_t>(x); };
+    return (word(c[0]) * 73856093U ^ word(c[1]) * 19349663U ^ word(c[2]) * 83492791U) % kHashes;
+  }
+  static constexpr std::size_t kHashes = 1 << 18;
+
+  std::span<const Vec3f> points_m_;
+  float reach_m_;
+  Box3f box_{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
+  std::map<Cell, std::vector<std::size_t>> of_;
+  std::vector<std::uint8_t> is_near_ = std::vector<std::uint8_t>(kHashes);  ///< most places are near none
+};
+
 }  // namespace
+
+bool wet_under(const TriangleMesh& surface, std::span<const Vec3f> particles_m, float spacing_m,
+               std::vector<float>& film_m) {
+  constexpr float kUnder_m = 3e-4F;  // as a film that runs off leaves it
+  const PointCells near(particles_m, spacing_m);
+  bool any = false;
+  for (std::size_t v = 0; v < surface.positions_m.size(); ++v) {
+    if (!near.any_near(surface.positions_m[v])) continue;
+    film_m[v] = max(film_m[v], kUnder_m);
+    any = true;
+  }
+  return any;
+}
 
 void lay_film(TriangleMesh& surface, std::vector<std::uint8_t>& is_crease, ViewFilm& film,
               const std::function<void(const EdgeRefinement&)>& refined) {

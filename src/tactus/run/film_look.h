@@ -2,6 +2,7 @@
 /// A film of liquid on a body as it is drawn.
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "tactus/geom/mesh/refine_edges.h"
@@ -16,5 +17,11 @@ namespace tactus {
 /// @param refined is told of each refinement
 void lay_film(TriangleMesh& surface, std::vector<std::uint8_t>& is_crease, ViewFilm& film,
               const std::function<void(const EdgeRefinement&)>& refined);
+
+/// Wets a surface under a pool, for the eye: where particles touch that are no film. So no dry surface is
+/// seen through the pool, and its rim is a film's.
+/// @param surface with normals @param film_m at each vertex, made thicker @returns whether any vertex is wet
+bool wet_under(const TriangleMesh& surface, std::span<const Vec3f> particles_m, float spacing_m,
+               std::vector<float>& film_m);
 
 }  // namespace tactus

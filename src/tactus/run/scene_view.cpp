@@ -148,6 +148,17 @@ ViewLiquid SceneView::liquid_look() const {
   return scene_.fluid->looks == LiquidLooks::water ? water() : blood();
 }
 
+/// As the liquid is, nowhere yet.
+ViewFilm SceneView::dry_film() const {
+  const ViewLiquid liquid = liquid_look();
+  ViewFilm film;
+  film.scattered = liquid.scattered;
+  film.absorption_1_m = liquid.absorption_1_m;
+  return film;
+}
+
+float SceneView::spacing_m() const { return static_cast<float>(scene_.fluid->spacing_m); }
+
 /// A body's surface, and the film on it.
 ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   Material material = soft_material();
@@ -164,18 +175,37 @@ ViewMesh SceneView::body_mesh(FrameSnapshot& snapshot, std::size_t b) const {
   if (!walls.is_wall.empty()) view.flesh = part_walls(surface, walls, origins);
   is_crease.resize(surface.positions_m.size(), 1);
   for (const Index v : origins) is_crease[static_cast<std::size_t>(v)] = 1;
-  if (b >= snapshot.films.size() || snapshot.films[b].film_m.empty()) return view;
-  const ViewLiquid liquid = liquid_look();
-  ViewFilm& film = view.film.emplace();
-  film.scattered = liquid.scattered;
-  film.absorption_1_m = liquid.absorption_1_m;
-  film.film_m = std::move(snapshot.films[b].film_m);
-  film.stain_m = std::move(snapshot.films[b].stain_m);
-  for (std::vector<float>* m : {&film.film_m, &film.stain_m})
-    for (const Index v : origins) m->push_back((*m)[static_cast<std::size_t>(v)]);
+  if (!scene_.fluid) return view;
+  ViewFilm film = dry_film();
+  if (b < snapshot.films.size() && !snapshot.films[b].film_m.empty()) {
+    film.film_m = std::move(snapshot.films[b].film_m);
+    film.stain_m = std::move(snapshot.films[b].stain_m);
+    for (std::vector<float>* m : {&film.film_m, &film.stain_m})
+      for (const Index v : origins) m->push_back((*m)[static_cast<std::size_t>(v)]);
+  }
+  const bool has_film = !film.film_m.empty();
+  film.film_m.resize(surface.positions_m.size());
+  film.stain_m.resize(surface.positions_m.size());
+  if (!wet_under(surface, snapshot.liquid_m, spacing_m(), film.film_m) && !has_film) return view;
   lay_film(surface, is_crease, film, [&](const EdgeRefinement& made) {
     if (view.flesh) follow_refinement(*view.flesh, made);
   });
+  view.film = std::move(film);
+  return view;
+}
+
+/// The real surface, wet where liquid touches it now.
+ViewMesh SceneView::real_mesh(FrameSnapshot& snapshot) const {
+  ViewMesh view{"real", std::move(snapshot.real), clay_material()};
+  TriangleMesh& surface = view.mesh;
+  if (!scene_.fluid || surface.normals.size() != surface.positions_m.size()) return view;
+  ViewFilm film = dry_film();
+  film.film_m.resize(surface.positions_m.size());
+  film.stain_m.resize(surface.positions_m.size());
+  if (!wet_under(surface, snapshot.liquid_m, spacing_m(), film.film_m)) return view;
+  std::vector<std::uint8_t> is_crease(surface.positions_m.size());
+  lay_film(surface, is_crease, film, [](const EdgeRefinement&) {});
+  view.film = std::move(film);
   return view;
 }
 
@@ -192,10 +222,7 @@ void SceneView::turn_to(const ViewAngles& angles) {
 /// Above the obstacle itself.
 void SceneView::show_film(WetObstacle wet) {
   ViewMesh view{"film on " + wet.name, std::move(wet.mesh), obstacle_material()};
-  const ViewLiquid liquid = liquid_look();
-  ViewFilm& film = view.film.emplace();
-  film.scattered = liquid.scattered;
-  film.absorption_1_m = liquid.absorption_1_m;
+  ViewFilm& film = view.film.emplace(dry_film());
   film.film_m = std::move(wet.film.film_m);
   film.stain_m = std::move(wet.film.stain_m);
   const std::vector<Index> origins = split_creases(view.mesh);
@@ -218,7 +245,7 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
   view_.meshes.resize(still_meshes_);
   view_.lines.resize(still_lines_);
   view_.labels.resize(still_labels_);
-  view_.meshes.push_back({"real", std::move(snapshot.real), clay_material()});
+  view_.meshes.push_back(real_mesh(snapshot));
   if (photos_ && !photos.empty()) {
     photos_->images = photos;
     view_.meshes.back().photos = photos_;
@@ -246,7 +273,7 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
     ViewLiquid& liquid =
         view_.liquids.emplace_back(scene_.fluid->looks == LiquidLooks::water ? water() : blood());
     liquid.positions_m = std::move(snapshot.liquid_m);
-    liquid.spacing_m = static_cast<float>(scene_.fluid->spacing_m);
+    liquid.spacing_m = spacing_m();
   }
 }
 

@@ -30,7 +30,10 @@ class SceneView {
  private:
   void turn_to(const ViewAngles& angles);
   ViewMesh body_mesh(FrameSnapshot& snapshot, std::size_t b) const;
+  ViewMesh real_mesh(FrameSnapshot& snapshot) const;
   ViewLiquid liquid_look() const;
+  ViewFilm dry_film() const;
+  float spacing_m() const;  ///< of the liquid
   void show_film(WetObstacle wet);
   const Scene scene_;
   Box3f box_m_;        ///< of all that there is at rest

@@ -179,7 +179,8 @@ void main() {
   // Rays bend towards the normal as they enter (1.34): what is behind appears shifted.
   vec2 shift = -0.25 * n.xy * min(deep_m, 10.0 * spacing_m) * w / eye_of_px * 0.5 * picture_px;
   ivec2 from = clamp(at + ivec2(shift), ivec2(0), ivec2(picture_px) - 1);
-  vec3 through = exp(-absorption_1_m * deep_m);
+  // Light goes through it and back, as through a film.
+  vec3 through = exp(-2.0 * absorption_1_m * deep_m);
   float lit = sun_visibility(P, N), open = sky_visibility(P);
   float wrap = clamp((dot(N, sun) + 0.4) / 1.4, 0.0, 1.0);
   vec3 light = key_light * wrap * lit + mix(ground_light, sky_light, 0.5 + 0.5 * N.y) * 0.6 * open;

@@ -31,11 +31,11 @@ inline Material clay_material() {
 }
 /// Wine red, moist and translucent: virtual soft bodies.
 inline Material soft_material() {
-  return {.color = {0.66F, 0.10F, 0.17F}, .roughness = 0.24F, .specular = 0.05F, .softness = 0.7F};
+  return {.color = {0.66F, 0.10F, 0.17F}, .roughness = 0.32F, .specular = 0.05F, .softness = 0.7F};
 }
 /// Steel: blades.
 inline Material steel_material() {
-  return {.color = {0.50F, 0.52F, 0.55F}, .roughness = 0.25F, .specular = 0.5F};
+  return {.color = {0.36F, 0.37F, 0.39F}, .roughness = 0.22F, .specular = 0.7F};
 }
 
 /// Photographs that colour a surface fragment by fragment, for the viewer (Shao et al. 2019, "Texture
