@@ -10,7 +10,7 @@
 #include "tactus/geom/camera/place_limits.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/reconstruct/surface_pipeline.h"
-#include "tactus/rig/rig_file.h"
+#include "tactus/run/scene_source.h"
 
 namespace tactus::python {
 namespace {
@@ -128,7 +128,7 @@ void bind_images(py::module_& m) {
                std::to_string(c.height_px) + ")";
       });
   py::class_<Rig>(m, "Rig", "Cameras and the space that they watch.")
-      .def(py::init([](const std::string& path) { return read_rig_file(path).rig; }), py::arg("path"),
+      .def(py::init([](const std::string& path) { return read_rig(path); }), py::arg("path"),
            "From a rig file (docs/rig.md).")
       .def(py::init([](const std::vector<Camera>& cameras, py::handle workspace_m) {
              Rig rig;

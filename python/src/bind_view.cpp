@@ -1,40 +1,24 @@
 // Pictures of worlds.
 #include <pybind11/stl.h>
 
-#include <mutex>
-
 #include "arrays.h"
 #include "module.h"
-#include "tactus/run/scene_view.h"
+#include "tactus/run/sinks.h"
 #include "tactus/sim/scene.h"
-#include "tactus/view/renderer.h"
 
 namespace tactus::python {
 namespace {
 
-/// One renderer for all worlds: to start OpenGL takes longer than a picture. It ends with the process, whose
-/// driver may be gone before destructors of statics run.
-Renderer& shared_renderer(Index width_px, Index height_px) {
-  static Renderer* const renderer = new Renderer({.width_px = width_px, .height_px = height_px});
-  renderer->resize(width_px, height_px);
-  return *renderer;
-}
-
 py::array_t<std::uint8_t> show(PyWorld& world, std::pair<Index, Index> size_px) {
-  static std::mutex pictures;
   ColorImage image;
   {
     const py::gil_scoped_release free;
     const PyWorld::Held held = world.get();
-    const std::scoped_lock lock(pictures);
     PyPerception* const seen = world.perception().get();
     Scene scene = world.scene();
-    scene.view.photographs = 0;
     scene.view.size_px.x = size_px.first;
     scene.view.size_px.y = size_px.second;
-    SceneView view(scene, seen != nullptr ? seen->rig : Rig(), world.assets(), *held);
-    view.show(held->snapshot(), {});
-    shared_renderer(size_px.first, size_px.second).render(view.scene(), view.camera(), image);
+    image = picture_of(*held, std::move(scene), seen != nullptr ? seen->rig : Rig(), world.assets());
   }
   py::array_t<std::uint8_t> pixels(
       {static_cast<py::ssize_t>(image.height_px), static_cast<py::ssize_t>(image.width_px), py::ssize_t{3}});

@@ -1,5 +1,5 @@
 #pragma once
-/// The frames that a scene asks for, and recordings of them.
+/// The frames that a scene asks for, recordings of them, and rigs.
 #include "tactus/rig/sources/frame_source.h"
 
 namespace tactus {
@@ -12,6 +12,9 @@ class RecordingWriter;
 /// @throws Error naming file, figure or value; when a scene wants markers, and they can't be found here. A
 /// source without the photographs that the scene wants throws at its first frame.
 std::unique_ptr<FrameSource> open_scene_source(const Scene& scene, const std::string& named = "scene");
+
+/// The cameras and the workspace of a rig file (docs/rig.md). @throws Error naming file and line.
+Rig read_rig(const std::string& path);
 
 /// Whether a tool of the scene is found by markers.
 bool has_markers(const Scene& scene);

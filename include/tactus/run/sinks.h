@@ -1,5 +1,5 @@
 #pragma once
-/// The sinks of `tactus run`, for programs of your own.
+/// The sinks of `tactus run`, and single pictures, for programs of your own.
 #include <memory>
 #include <string>
 
@@ -32,5 +32,9 @@ std::unique_ptr<FrameSink> make_budget_sink(double budget_s, World& world);
 std::unique_ptr<FrameSink> make_progress_sink();
 /// A line for each stretch of frames in which a body is strained badly.
 std::unique_ptr<FrameSink> make_explain_sink(const Scene& scene);
+
+/// A world as it is now, as the scene's `view` looks at it, without photographs. @throws Error without OpenGL
+/// 4.5, or for a size that it can't draw.
+ColorImage picture_of(World& world, Scene scene, const Rig& rig, const BodyAssets& assets);
 
 }  // namespace tactus

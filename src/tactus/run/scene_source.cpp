@@ -4,6 +4,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/rig/markers.h"
+#include "tactus/rig/rig_file.h"
 #include "tactus/rig/sources/frame_source.h"
 #include "tactus/run/frame_sources.h"
 
@@ -60,6 +61,8 @@ class SceneSource final : public SourceFilter {
 };
 
 }  // namespace
+
+Rig read_rig(const std::string& path) { return read_rig_file(path).rig; }
 
 bool has_markers(const Scene& scene) { return marker_dictionary_of(scene) != nullptr; }
 
