@@ -87,5 +87,40 @@ TEST_P(ContactPoints, HaveTheFloorsNormalAndStayInTheConeOfFriction) {
   }
 }
 
+/// Kernels go over the blocks of points, and of nodes, that something is in: 40 points are in two blocks of
+/// 32, 40 nodes in three groups of 16. Points that come fill the second block, then they take the third. The
+/// other 311 blocks are visited by none.
+TEST_P(ContactPoints, CapacityIsNotVisited) {
+  DeviceSet devices(GetParam());
+  ExecContext& ctx = devices.context(0);
+  constexpr Index kPoints = 40, kCapacity = 10000, kNodes = 5000;
+  std::vector<EmbeddedPoint> all(kPoints + kCapacity);
+  for (Index p = 0; p < kPoints; ++p) {
+    all[static_cast<std::size_t>(p)].node[0] = p;
+    all[static_cast<std::size_t>(p)].weight[0] = 1;
+  }
+  BodyPoints points(ctx, all, kNodes, kSpacing, kPoints + kCapacity, {}, kCapacity);
+  const auto used = [&](const UsedEntries& entries) {
+    const Index count = to_host(ctx, entries.count)[0];
+    std::vector<Index> list = to_host(ctx, entries.entries);
+    list.resize(static_cast<std::size_t>(count));
+    return list;
+  };
+  EXPECT_EQ(points.block_count(), 314);
+  EXPECT_EQ(used(points.used_points().used), (std::vector<Index>{0, 1}));
+  EXPECT_EQ(used(points.table().row_groups), (std::vector<Index>{0, 1, 2}));
+  PointChange change{.point = kPoints, .to = {}};
+  change.to.node[0] = 4000;
+  change.to.weight[0] = 1;
+  points.apply(ctx, std::vector<PointChange>{change});
+  EXPECT_EQ(used(points.used_points().used), (std::vector<Index>{0, 1}));
+  EXPECT_EQ(used(points.table().row_groups), (std::vector<Index>{0, 1, 2, 250}));
+  for (Index p = kPoints + 1; p <= 2 * kBlockPoints; ++p) {
+    change.point = p;
+    points.apply(ctx, std::vector<PointChange>{change});
+  }
+  EXPECT_EQ(used(points.used_points().used), (std::vector<Index>{0, 1, 2}));
+}
+
 }  // namespace
 }  // namespace tactus

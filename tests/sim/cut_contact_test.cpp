@@ -120,6 +120,20 @@ TEST(CutContact, ASeveredPartLiesOnTheOther) {
     EXPECT_TRUE(played.x_m == play(block(kOnFloor, "0.3"), devices, 60).x_m) << devices;
 }
 
+/// Places that no cut has used take no part: ten times as many leave each bit as it was.
+TEST(CutContact, CapacityChangesNothing) {
+  const std::string few = block(kOnFloor, "0.3");
+  std::string many = few;
+  many.replace(many.find("cut_capacity: 600"), 17, "cut_capacity: 6000");
+  const std::vector<Vec3f> x_m = play(few, "cpu", 20).x_m;
+  for (const char* devices : {"cpu", "cpu:3"}) {
+    std::vector<Vec3f> of_many = play(many, devices, 20).x_m;
+    ASSERT_EQ(of_many.size() - x_m.size(), 2U * 5400U);
+    of_many.resize(x_m.size());
+    EXPECT_TRUE(of_many == x_m) << devices;
+  }
+}
+
 TEST(CutContact, ASlitUnderPressureStaysShut) {
   const Played played = play(block(kOnFloor, "0.19"), "cpu", 60);
   EXPECT_EQ(played.state.parts, 1);

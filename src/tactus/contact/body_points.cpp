@@ -63,6 +63,7 @@ BodyPoints::BodyPoints(ExecContext& ctx, std::span<const EmbeddedPoint> points, 
     changes_ = Buffer<SetPoints::Change>(ctx.device(), n);
     sides_ = Buffer<WallSide>(ctx.device(), n);
     ctx.fill_bytes(sides_.view(), 0);
+    make_used(ctx);
   }
   reset(ctx);
   begin_frame(ctx);
@@ -118,6 +119,15 @@ void BodyPoints::make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> po
   block_x_m_ = Buffer<Vec3f>(ctx.device(), block_nodes_.capacity());
 }
 
+void BodyPoints::make_used(ExecContext& ctx) {
+  std::vector<bool> blocks, rows(at(ceil_div(nodes_.size(), kRowGroup)));
+  for (const IndexRange& points : host_blocks_) blocks.push_back(points.begin < points.end);
+  for (Index row = 0; row < nodes_.size(); ++row)
+    if (!incident_[row].empty()) rows[at(row / kRowGroup)] = true;
+  used_blocks_ = UsedList(ctx, blocks, first_blocks_, kBlockPoints);
+  used_rows_ = UsedList(ctx, rows, 0, kRowGroup);
+}
+
 void BodyPoints::apply(ExecContext& ctx, std::span<const PointChange> changes) {
   if (changes.empty()) return;
   searched_in_ = -1;
@@ -138,8 +148,10 @@ void BodyPoints::apply(ExecContext& ctx, std::span<const PointChange> changes) {
   incident_.upload(ctx);
   block_nodes_.upload(ctx);
   ctx.upload(host_blocks_, blocks_.view());
-  ctx.parallel_for("contact/weigh_rows", nodes_.size(),
-                   WeighRows{incident_.ranges(), incident_.values(), points_.const_view(),
+  used_blocks_.upload(ctx);
+  used_rows_.upload(ctx);
+  ctx.parallel_for("contact/weigh_rows", used_rows_.member_count(0),
+                   WeighRows{used_rows_.view(), incident_.ranges(), incident_.values(), points_.const_view(),
                              touching_.const_view(), node_weight_.view()});
   ctx.synchronize();
 }
@@ -175,6 +187,7 @@ void BodyPoints::change_rows(std::span<const PointChange> changes) {
   for (auto& [row, entries] : lists) {
     std::sort(entries.begin(), entries.end());
     incident_.set(row, entries);
+    if (!entries.empty()) used_rows_.add(row / kRowGroup);
   }
 }
 
@@ -186,6 +199,7 @@ void BodyPoints::change_blocks(std::span<const PointChange> changes) {
                             : first_blocks_ + (change.point - first_count_) / kBlockPoints;
     blocks.insert(block);
     IndexRange& points = host_blocks_[at(block)];
+    used_blocks_.add(block);
     if (change.point < points.end) continue;
     points.end = change.point + 1;
     --capacity_;
@@ -234,13 +248,14 @@ void BodyPoints::archive(ExecContext& ctx, StateArchive& a) {
 
 void BodyPoints::end_frame(ExecContext& ctx) {
   ctx.parallel_for("contact/totals", kColliders,
-                   SumRecords{recorded_.const_view(), records_.const_view(), moved_on_.view(),
+                   SumRecords{used_points(), recorded_.const_view(), records_.const_view(), moved_on_.view(),
                               collider_used_.view(), totals_.view()});
 }
 
 PointTable BodyPoints::table() const {
   return {points_.const_view(), nodes_.const_view(), incident_.ranges(), incident_.values(),
-          rows_.const_view(),   sides_.const_view(), own_rows_,          moved_rows_};
+          rows_.const_view(),   sides_.const_view(), own_rows_,          moved_rows_,
+          used_rows_.view()};
 }
 
 PointState BodyPoints::state() {
@@ -251,8 +266,8 @@ PointState BodyPoints::state() {
 }
 
 PointBlocks BodyPoints::blocks() {
-  return {blocks_.const_view(), block_nodes_.ranges(), block_nodes_.values(),
-          block_pose_.view(),   block_x_m_.view(),     sleep_m_.view()};
+  return {used_blocks_.view(), blocks_.const_view(), block_nodes_.ranges(), block_nodes_.values(),
+          block_pose_.view(),  block_x_m_.view(),    sleep_m_.view()};
 }
 
 }  // namespace tactus

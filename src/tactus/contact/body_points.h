@@ -10,6 +10,7 @@
 #include "tactus/contact/real/motion_kernels.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/geom/arrays/index_lists.h"
+#include "tactus/geom/arrays/used_list.h"
 #include "tactus/geom/arrays/vector_fields.h"
 #include "tactus/geom/lattice/boundary_points.h"
 #include "tactus/geom/maths/held_axes.h"
@@ -149,7 +150,9 @@ struct PointTable {
   View<const Index> rows;        ///< at 8 point + corner: of that node; any, where its weight is 0
   View<const WallSide> sides;    ///< per point; empty: no point can be on a wall of a cut
   Index own = 0, moved = 0;      ///< so many of the first rows are NodeShare::own; or that or copy
+  UsedEntries row_groups = {};   ///< kRowGroup rows each
 };
+inline constexpr Index kRowGroup = 16;
 
 /// Treatment of a node by contact, on a device that has a part of a body.
 enum class NodeShare : std::uint8_t {
@@ -163,12 +166,28 @@ inline constexpr Index kBlockPoints = 32;
 
 /// Which points are in a block, and which nodes move them.
 struct PointBlocks {
-  View<const IndexRange> points;
-  View<const IndexRange> lists;  ///< entries of the next
+  UsedEntries used;
+  View<const IndexRange> points;  ///< of each
+  View<const IndexRange> lists;   ///< entries of the next
   View<const Index> nodes;
   View<Index> pose;     ///< at which pose of the surface nodes were at x_m; < 0: none
   View<Vec3f> x_m;      ///< per entry of `nodes`
   View<float> sleep_m;  ///< per point: nothing touches it until a node of its block has moved that far
+};
+
+/// Points in blocks that are in use, as numbers 0, 1, .. of which some are none.
+struct UsedPoints {
+  Index all = 0;          ///< that there are
+  UsedEntries used = {};  ///< blocks
+  View<const IndexRange> blocks = {};
+  TACTUS_HD Index end() const { return used.entries.empty() ? all : kBlockPoints * used.count[0]; }
+  /// -1: none
+  TACTUS_HD Index operator[](Index k) const {
+    if (used.entries.empty()) return k;
+    const IndexRange block = blocks[used.entries[k / kBlockPoints]];
+    const Index point = block.begin + k % kBlockPoints;
+    return point < block.end ? point : -1;
+  }
 };
 
 /// At most so many triangles are kept per point. On a hull whose edges are half a spacing, those within an
@@ -252,14 +271,17 @@ struct NodeMasses {
   TACTUS_HD void operator()(Index i) const { mass_kg[changes[i].node] = changes[i].mass_kg; }
 };
 
-/// Thread: row. The sum of the weights of its touching points, anew.
+/// Thread: row of those in use. The sum of the weights of its touching points, anew.
 struct WeighRows {
+  UsedEntries row_groups;
   View<const IndexRange> lists;
   View<const Index> incident;
   View<const EmbeddedPoint> points;
   View<const Index> touching;
   View<std::uint32_t> node_weight;
-  TACTUS_HD void operator()(Index row) const {
+  TACTUS_HD void operator()(Index k) const {
+    const Index row = kRowGroup * row_groups[k / kRowGroup] + k % kRowGroup;
+    if (row >= lists.size()) return;
     std::uint32_t sum = 0;
     for (Index e = lists[row].begin; e < lists[row].end; ++e) {
       const Index i = incident[e] / 8;
@@ -301,6 +323,12 @@ class BodyPoints {
   Index first_count() const { return first_count_; }
   Index first_blocks() const { return first_blocks_; }
   Index block_count() const { return block_pose_.size(); }
+  /// For launches: blocks in use, those of the first part, UsedPoints, and groups of rows.
+  Count used_blocks() const { return used_blocks_.count(block_count()); }
+  Count used_first_blocks() const { return used_blocks_.first_count(first_blocks()); }
+  Count used_point_count() const { return used_blocks_.member_count(count()); }
+  Count used_row_groups() const { return used_rows_.count(ceil_div(moved_rows_, kRowGroup)); }
+  UsedPoints used_points() const { return {count(), used_blocks_.view(), blocks_.const_view()}; }
   /// (kColliders) Sums of the frame that ended.
   View<const ColliderTotals> totals() const { return totals_.const_view(); }
   /// Searches of the frame before stay valid where nothing new is to be touched. @param frame
@@ -316,6 +344,7 @@ class BodyPoints {
  private:
   void make_rows(ExecContext& ctx, std::span<const EmbeddedPoint> points, std::span<const NodeShare> share);
   void make_blocks(ExecContext& ctx, std::span<const EmbeddedPoint> points);
+  void make_used(ExecContext& ctx);
   void check(std::span<const PointChange> changes) const;
   void change_rows(std::span<const PointChange> changes);
   void change_blocks(std::span<const PointChange> changes);
@@ -327,6 +356,7 @@ class BodyPoints {
   std::vector<EmbeddedPoint> host_points_;  ///< where there is capacity
   std::vector<Index> row_of_;               ///< per node
   std::vector<IndexRange> host_blocks_;
+  UsedList used_blocks_, used_rows_;  ///< where there is capacity
   Buffer<EmbeddedPoint> points_;
   IndexLists incident_, block_nodes_;
   Buffer<IndexRange> blocks_;

@@ -32,19 +32,17 @@ TouchingPoints touching_points(const RealSurface& surface, BodyPoints& points, c
   return {nodes, points.table(), points.state(), reach_m, 2 * points.lattice_spacing_m() + reach_m};
 }
 
-void find(ExecContext& ctx, const ContactFinder& finder, const PointBlocks& blocks, Index first_blocks,
-          Index count) {
+void find(ExecContext& ctx, const ContactFinder& finder, const PointBlocks& blocks, Count count,
+          bool has_last) {
   ctx.parallel_for("contact/wake", count, WakePoints{finder, blocks});
   const Count awake = finder.body.state.awake.used();
   ctx.parallel_for("contact/find", awake, FindContacts{finder});
-  if (count > first_blocks) ctx.parallel_for("contact/find", awake, FindContacts{finder, 1});
+  if (has_last) ctx.parallel_for("contact/find", awake, FindContacts{finder, 1});
 }
 
-void apply(ExecContext& ctx, Index end_point, const WeighPoints& kernel) {
-  const TouchingPoints& body = kernel.body;
-  ctx.parallel_for("contact/weigh", kernel.blocks.size(), kernel);
-  ctx.parallel_for("contact/apply", ApplyContacts::blocks(body.table.moved),
-                   ApplyContacts{body, end_point, kernel.times});
+void apply(ExecContext& ctx, Index end_point, Count blocks, Count row_groups, const WeighPoints& kernel) {
+  ctx.parallel_for("contact/weigh", blocks, kernel);
+  ctx.parallel_for("contact/apply", row_groups, ApplyContacts{kernel.body, end_point, kernel.times});
 }
 
 }  // namespace
@@ -94,13 +92,16 @@ void Contact::push_out(ExecContext& ctx, const RealSurface& surface, BodyPoints&
   check(points, nodes);
   const View<const SurfacePoses> poses = this->poses();
   const TouchingPoints body = touching_points(surface, points, nodes);
-  ctx.parallel_for("contact/push_out", points.count(),
+  ctx.parallel_for("contact/push_out", points.used_point_count(),
                    DeepRescue{times_,
                               {surface.triangles(), surface.coarse_samples(), poses, {}},
                               surface.samples(),
                               body,
+                              points.used_points(),
                               4 * body.reach_m});
-  apply(ctx, points.count(), {body, points.blocks().points, poses, 1, times_});
+  const PointBlocks blocks = points.blocks();
+  apply(ctx, points.count(), points.used_blocks(), points.used_row_groups(),
+        {body, blocks.used, blocks.points, poses, 1, times_});
 }
 
 void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,
@@ -111,8 +112,9 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
   // Where all points are corrected in every substep, none is one of the last.
   const bool has_last = later_steps > 1, all = k % later_steps == 0;
   const Index first_points = has_last ? points.first_count() : points.count(),
-              first_blocks = has_last ? points.first_blocks() : points.block_count(),
-              blocks = all ? points.block_count() : first_blocks, end = all ? points.count() : first_points;
+              end = all ? points.count() : first_points;
+  const Count blocks = all || !has_last ? points.used_blocks() : points.used_first_blocks();
+  const PointBlocks of_points = points.blocks();
   if (body.table.moved == 0 || end == 0) return;  // no point here moves anything
   const SubstepsTo now{k, times_.dt_s, times_.frame, first_points, later_steps};
   SubstepsTo in_all = now;
@@ -137,8 +139,9 @@ void Contact::correct(ExecContext& ctx, const RealSurface& surface, View<const O
           settings_.friction,
           kListMargin * spacing_m,
           in_all},
-         points.blocks(), first_blocks, blocks);
-  apply(ctx, end, {body, points.blocks().points.part(0, blocks), poses, 0, times_});
+         of_points, blocks, has_last && all && points.block_count() > points.first_blocks());
+  apply(ctx, end, blocks, points.used_row_groups(),
+        {body, of_points.used, of_points.points, poses, 0, times_});
 }
 
 void Contact::find_walls(ExecContext& ctx, const RealSurface& surface, View<const Obstacle> obstacles,

@@ -24,7 +24,7 @@ struct WakePoints {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const TouchingPoints& body = of_all.body;
-    const Index block = b.index(), first = blocks.points[block].begin,
+    const Index block = blocks.used[b.index()], first = blocks.points[block].begin,
                 count = blocks.points[block].end - first;
     if (body.nodes.has_stopped()) {
       if (begins_frame<Block>()) forget(block);

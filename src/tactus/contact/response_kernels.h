@@ -161,6 +161,7 @@ struct WeighPoints {
   static constexpr int kThreads = kBlockPoints, kGrain = 64;
   using Shared = NoShared;
   TouchingPoints body;
+  UsedEntries used;  ///< blocks
   View<const IndexRange> blocks;
   View<const SurfacePoses> poses;
   Index is_push_out;   ///< != 0: counts as that, not as contact
@@ -170,7 +171,8 @@ struct WeighPoints {
   TACTUS_HD void operator()(const Block& b, Shared&) const {
     if (b.index() == 0) body.state.awake.count[0] = 0;
     if (times.substeps == 0 || body.nodes.has_stopped()) return;
-    const Index first = blocks[b.index()].begin, count = blocks[b.index()].end - first;
+    const IndexRange points = blocks[used[b.index()]];
+    const Index first = points.begin, count = points.end - first;
     if (Block::kIsLoop && !any_touches(first, count)) return;
     b.for_each_thread([&](int t) {
       if (t < count && body.state.touching[first + t] == 1) weigh(first + t);
@@ -224,7 +226,8 @@ struct WeighPoints {
 /// Moves the nodes of a body by the changes that its touching points want.
 /// Block: kNodes nodes, each with kLanes threads that share its points.
 struct ApplyContacts {
-  static constexpr int kThreads = 128, kLanes = 8, kNodes = kThreads / kLanes, kGrain = 32;
+  static constexpr int kThreads = 128, kLanes = 8, kNodes = kRowGroup, kGrain = 32;
+  static_assert(kNodes * kLanes == kThreads);
   TouchingPoints body;
   Index end_point;  ///< points from there on take no part
   ContactTimes times;
@@ -232,11 +235,12 @@ struct ApplyContacts {
     Vec3f impulse[kNodes][kLanes], push[kNodes][kLanes];
   };
   TACTUS_HD void load() { times.load(); }
-  TACTUS_HD static Index blocks(Index nodes) { return ceil_div(nodes, kNodes); }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     if (times.substeps == 0 || body.nodes.has_stopped()) return;
-    const Index first = b.index() * kNodes, count = min(Index(kNodes), body.table.moved - first);
+    const Index first = body.table.row_groups[b.index()] * kNodes,
+                count = min(Index(kNodes), body.table.moved - first);
+    if (count <= 0) return;
     const auto is_touched = [&](int g) { return body.state.node_weight[first + g] != 0U; };
     if (Block::kIsLoop && !any_touched(first, count)) return;
     b.template for_groups<kLanes>(count, is_touched, [&](int g, int lane) {
@@ -289,10 +293,12 @@ struct DeepRescue {
   Boundaries boundaries;
   SamplesView fine;
   TouchingPoints body;
+  UsedPoints points;
   float far_reach_m;
   TACTUS_HD void load() { times.load(); }
-  TACTUS_HD void operator()(Index i) const {
-    if (times.substeps == 0 || body.nodes.has_stopped()) return;
+  TACTUS_HD void operator()(Index k) const {
+    const Index i = points[k];
+    if (i < 0 || times.substeps == 0 || body.nodes.has_stopped()) return;
     if (body.state.touching[i] == 1) {  // of the last correction: not to be done again
       PointContact& contact = body.state.contact[i];
       contact.position_correction_m = contact.velocity_correction_m_s = {};
@@ -300,11 +306,11 @@ struct DeepRescue {
     const SurfacePoses& all = boundaries.poses[0];
     if (all.count == 0) return;
     const Vec3f reference_node = body.nodes.position(body.table.points[i].node[0]);
-    for (Index k = 0; k < all.count; ++k) {
-      const Vec3f near = all.component[k].to_capture(reference_node);
+    for (Index c = 0; c < all.count; ++c) {
+      const Vec3f near = all.component[c].to_capture(reference_node);
       // A point inside a closed surface is inside its box.
-      if (all.component[k].may_touch(near, body.margin_m) && boundaries.coarse.may_be_near(near))
-        push_out(i, all, k);
+      if (all.component[c].may_touch(near, body.margin_m) && boundaries.coarse.may_be_near(near))
+        push_out(i, all, c);
     }
   }
 
@@ -357,6 +363,7 @@ struct DeepRescue {
 /// Sums the records of each collider, as integers. Block: collider.
 struct SumRecords {
   static constexpr int kThreads = 256;
+  UsedPoints points;
   View<const Index> recorded;
   View<const ContactRecord> records;
   View<ReactionSums> moved_on;
@@ -367,7 +374,7 @@ struct SumRecords {
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index collider = b.index(), count = collider_used[collider] != 0U ? recorded.size() : 0;
+    const Index collider = b.index(), count = collider_used[collider] != 0U ? points.end() : 0;
     if constexpr (Block::kIsLoop) {  // integers: sums and maxima in any order
       s.of_thread[0] = sum_from(0, 1, count, collider);
     } else {
@@ -387,8 +394,9 @@ struct SumRecords {
  private:
   TACTUS_HD ColliderTotals sum_from(Index first, Index step, Index count, Index collider) const {
     ColliderTotals sum{};
-    for (Index i = first; i < count; i += step) {
-      if (recorded[i] != 0 && records[i].collider == collider) sum.add(records[i]);
+    for (Index k = first; k < count; k += step) {
+      const Index i = points[k];
+      if (i >= 0 && recorded[i] != 0 && records[i].collider == collider) sum.add(records[i]);
     }
     return sum;
   }

@@ -13,6 +13,9 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
 
+/// That MovePairs works on together.
+Index row_groups(Index rows) { return ceil_div(rows, Index(MovePairs::kNodes)); }
+
 /// Capacity for the longest that lists may become.
 Index list_capacity(const std::vector<std::vector<Index>>& lists, Index capacity) {
   Index sum = 0;
@@ -81,10 +84,22 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
     staged_cubes_ = Buffer<SolidCube>(ctx.device(), size_of(all.cubes));
     staged_samples_ = Buffer<float>(ctx.device(), samples_.size());
     staged_points_ = Buffer<PairPointChange>(ctx.device(), size_of(all.points));
+    make_used(ctx);
   }
   begin_frame(ctx);
   ctx.parallel_for("contact/place cubes", patches_.size(), PlaceCubes{table(), state()});
   ctx.synchronize();
+}
+
+void BodyPairs::make_used(ExecContext& ctx) {
+  const PairModel& m = *model_;
+  std::vector<bool> groups, rows(at(row_groups(nodes_.size())));
+  for (const PointGroup& group : m.groups) groups.push_back(group.count > 0);
+  for (std::size_t row = 0; row < m.nodes.size(); ++row)
+    if (!m.row_points[row].empty() || !m.row_cubes[row].empty())
+      rows[row / static_cast<std::size_t>(MovePairs::kNodes)] = true;
+  used_groups_ = UsedList(ctx, groups);
+  used_rows_ = UsedList(ctx, rows);
 }
 
 void BodyPairs::apply(ExecContext& ctx, Index body, const SolidChange& change) {
@@ -116,7 +131,13 @@ void BodyPairs::upload_changes(ExecContext& ctx, const SolidChange& change) {
   for (const Index row : changed.rows) {
     incident_points_.set(row, m.row_points[at(row)]);
     incident_cubes_.set(row, m.row_cubes[at(row)]);
+    if (!m.row_points[at(row)].empty() || !m.row_cubes[at(row)].empty())
+      used_rows_.add(row / MovePairs::kNodes);
   }
+  for (std::size_t g = 0; g < m.groups.size(); ++g)
+    if (m.groups[g].count > 0) used_groups_.add(static_cast<Index>(g));
+  used_groups_.upload(ctx);
+  used_rows_.upload(ctx);
   for (IndexLists* lists : {&patch_nodes_, &patch_cubes_, &incident_points_, &incident_cubes_})
     lists->upload(ctx);
   std::vector<SolidCube> cubes;
@@ -150,7 +171,7 @@ PairTable BodyPairs::table() const {
   return {bodies_.const_view(),   patches_.const_view(),   view(patch_nodes_),   view(patch_cubes_),
           cubes_.const_view(),    {samples_.const_view()}, groups_.const_view(), points_.const_view(),
           rows_.const_view(),     rest_.const_view(),      nodes_.const_view(),  part_.const_view(),
-          view(incident_points_), view(incident_cubes_)};
+          view(incident_points_), view(incident_cubes_),   used_groups_.view(),  used_rows_.view()};
 }
 
 PairState BodyPairs::state() {
@@ -177,10 +198,10 @@ void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
   ctx.parallel_for("contact/bound bodies", bodies_.size(), BoundBodies{t, s});
   const Index touch_others = touch_others_ ? 1 : 0;
   ctx.parallel_for("contact/bound cubes", patches_.size(), BoundCubes{t, s, touch_others});
-  ctx.parallel_for("contact/find pairs", groups_.size(),
+  ctx.parallel_for("contact/find pairs", used_groups_.count(groups_.size()),
                    FindPairs{t, s, settings_.restitution, settings_.friction, touch_others});
-  ctx.parallel_for("contact/pair impulses", groups_.size(), PairImpulses{t, s, poses});
-  ctx.parallel_for("contact/move pairs", MovePairs::blocks(nodes_.size()), MovePairs{t, s});
+  ctx.parallel_for("contact/pair impulses", used_groups_.count(groups_.size()), PairImpulses{t, s, poses});
+  ctx.parallel_for("contact/move pairs", used_rows_.count(row_groups(nodes_.size())), MovePairs{t, s});
 }
 
 /// Patch by patch: where cuts put a patch's list is its own history.
@@ -231,9 +252,12 @@ void BodyPairs::end_frame(ExecContext& ctx) {
   for (Index a = 0; a < n; ++a) {
     const Index first = first_point_[at(a)], count = first_point_[at(a) + 1] - first;
     ctx.parallel_for("contact/pair totals", n,
-                     SumRecords{recorded_.const_view().part(first, count),
-                                records_.const_view().part(first, count), moved_on_.view().part(a * n, n),
-                                used_.view().part(a * n, n), totals_.view().part(a * n, n)});
+                     SumRecords{{count},
+                                recorded_.const_view().part(first, count),
+                                records_.const_view().part(first, count),
+                                moved_on_.view().part(a * n, n),
+                                used_.view().part(a * n, n),
+                                totals_.view().part(a * n, n)});
   }
 }
 

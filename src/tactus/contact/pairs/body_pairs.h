@@ -50,6 +50,7 @@ class BodyPairs {
   View<const ColliderTotals> totals() const { return totals_.const_view(); }
 
  private:
+  void make_used(ExecContext& ctx);
   void archive_last_nodes(ExecContext& ctx, StateArchive& a);
   void upload_changes(ExecContext& ctx, const SolidChange& change);
   PairTable table() const;
@@ -70,6 +71,7 @@ class BodyPairs {
   Buffer<PairNode> nodes_;
   Buffer<Index> rows_, part_, recorded_;
   IndexLists patch_nodes_, patch_cubes_, incident_points_, incident_cubes_;
+  UsedList used_groups_, used_rows_;  ///< where a body may be cut
   Buffer<PatchBox> patch_box_, body_box_, wake_box_;
   Buffer<float> cube_bounds_;
   Buffer<CubePlace> cube_places_;

@@ -40,11 +40,11 @@ struct FindPairs {
 
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const PointGroup group = table.groups[b.index()];
-    if (group.count == 0) return;  // capacity
+    const Index number = table.used_groups[b.index()];
+    const PointGroup group = table.groups[number];
     const PatchBox box = state.patch_box[group.patch];
     const Index bodies = table.bodies.size();
-    const bool is_self = may_meet_itself(b.index());
+    const bool is_self = may_meet_itself(number);
     Index others = 0, cut = 0;
     TACTUS_ROLLED
     for (Index body = 0; body < bodies; ++body) {
@@ -52,7 +52,7 @@ struct FindPairs {
       ++others;
       cut += table.bodies[body].is_cut;
     }
-    if (others == 0 && !is_self && state.group_active[b.index()] == 0U) return;
+    if (others == 0 && !is_self && state.group_active[number] == 0U) return;
     b.on_one_thread([&] { s.active = s.reach_m = 0; });
     // A point that is in a cube of the only body in question is in no other cube.
     const bool is_one = others == 1 && cut == 0 && !is_self;
@@ -77,8 +77,8 @@ struct FindPairs {
           [&](const PlacedPatch& at, int t) { search_patch<Block>(at, t, s, meets); }, meets);
     }
     b.for_threads(group.count, [&](int t) { conclude(group, t, s); });
-    if (is_self) note_sleep(b, s, group);
-    b.on_one_thread([&] { state.group_active[b.index()] = s.active; });
+    if (is_self) note_sleep(b, s, group, number);
+    b.on_one_thread([&] { state.group_active[number] = s.active; });
   }
 
  private:
@@ -383,7 +383,7 @@ struct FindPairs {
   }
   /// Notes the sleep of a group whose points were just looked at.
   template <class Block>
-  TACTUS_HD void note_sleep(const Block& b, Shared& s, const PointGroup& group) const {
+  TACTUS_HD void note_sleep(const Block& b, Shared& s, const PointGroup& group, Index number) const {
     const SelfMotion& motion = state.self_motion[group.body];
     const float unit_m = 2 * SelfMotion::kUnit * table.bodies[group.body].spacing_m;
     b.on_one_thread([&] { s.sleep_m = std::bit_cast<std::uint32_t>(1e30F); });
@@ -392,7 +392,7 @@ struct FindPairs {
       const float left = sleep.free_m - unit_m * static_cast<float>(motion.moved - sleep.since);
       atomic_min(s.sleep_m, std::bit_cast<std::uint32_t>(max(left, 0.F)));
     });
-    b.on_one_thread([&] { state.group_sleep[b.index()] = {motion.moved, std::bit_cast<float>(s.sleep_m)}; });
+    b.on_one_thread([&] { state.group_sleep[number] = {motion.moved, std::bit_cast<float>(s.sleep_m)}; });
   }
 
   TACTUS_HD void conclude(const PointGroup& group, int t, Shared& s) const {

@@ -16,8 +16,9 @@ struct PairImpulses {
   struct Shared {};
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared&) const {
-    if (state.group_active[b.index()] == 0U) return;
-    const PointGroup group = table.groups[b.index()];
+    const Index number = table.used_groups[b.index()];
+    if (state.group_active[number] == 0U) return;
+    const PointGroup group = table.groups[number];
     b.for_threads(group.count, [&](int t) {
       const Index i = group.first + t;
       if (state.contact[i].touching == 1) press(group.body, i);
@@ -101,10 +102,10 @@ struct MovePairs {
   struct Shared {
     PairSum of_lane[kNodes][kLanes];
   };
-  TACTUS_HD static Index blocks(Index nodes) { return ceil_div(nodes, Index(kNodes)); }
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
-    const Index first = b.index() * kNodes, count = min(Index(kNodes), table.nodes.size() - first);
+    const Index first = table.used_row_groups[b.index()] * kNodes,
+                count = min(Index(kNodes), table.nodes.size() - first);
     constexpr int kShare = Block::kIsLoop ? 1 : kLanes;
     const auto is_moved = [&](int g) { return moves(first + g); };
     b.template for_groups<kShare>(

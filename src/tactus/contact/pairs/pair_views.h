@@ -155,6 +155,7 @@ struct PairTable {
   View<const Index> part;          ///< per row: of the body, which the node hangs together with
   IndexListsView incident_points;  ///< per row: 8 point + corner
   IndexListsView incident_cubes;   ///< per row: 8 cube + corner
+  UsedEntries used_groups, used_row_groups;
 
   /// Points of a body may stick out of all cubes by that much.
   TACTUS_HD static float slack_m(const PairBody& body) { return 0.1F * body.spacing_m; }
