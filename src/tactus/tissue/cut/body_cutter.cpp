@@ -72,7 +72,11 @@ bool BodyCutter::match_parts(TopologyChange& change) {
   }
   if (cubes.empty()) {
     lattice_.join(surface_.join_bare(lattice_), change);
-    return !change.copies.empty();
+    if (!change.copies.empty()) return true;
+    lattice_.join(surface_.join_slivers(lattice_), change);
+    if (change.copies.empty()) return false;
+    surface_.update(lattice_, change);
+    return true;
   }
   const auto stages = lattice_.part_island(cubes, is_whole);
   if (stages.empty()) return false;

@@ -43,7 +43,7 @@ class BodyCutter {
 
   /// After cut(), as long as it changes something, so that each part of the lattice has one closed surface:
   /// parts a piece of the surface from the part that it moves with, if that has a larger one, or joins parts
-  /// without a surface to their neighbours.
+  /// without a surface, or with a sliver, to their neighbours.
   /// @param change its old contents are dropped @returns whether it did
   bool match_parts(TopologyChange& change);
 

@@ -146,6 +146,7 @@ const std::vector<double>& CutSurface::part_island(const LatticeCutter& cutter,
   const std::size_t first_parted = parted_.size();
   s.splits.resize(stage.size());
   s.shares.resize(stage.size());
+  s.found.resize(stage.size());
   s.is_sliver.assign(stage.size(), 0);
   s.empty_side.resize(stage.size());
   parted_.resize(first_parted + stage.size());
@@ -162,7 +163,8 @@ const std::vector<double>& CutSurface::part_island(const LatticeCutter& cutter,
     find_reference(cutter, split);
     find_faces(s, split);
     find_share(cutter, s, k);
-    if (island_[k].is_whole) s.shares[k] = 1;
+    if (island_[k].is_whole) s.shares[k] = s.found[k] = 1;
+    s.is_sliver[k] = 0;
     const std::size_t first = next_split_walls_.size();
     const WallPlane& plane = parted.wall.parting(0).below;
     const Vec3d aside = std::abs(plane.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0},
@@ -175,6 +177,7 @@ const std::vector<double>& CutSurface::part_island(const LatticeCutter& cutter,
         ends_[index(part - regular_cubes)] = ends_[index(stage[k].parent - regular_cubes)];
   }
   part_cubes(s);
+  note_slivers(cutter, s);
   take_to_island(s);
   return s.shares;
 }
@@ -194,7 +197,10 @@ std::vector<std::array<Index, 2>> CutSurface::join_bare(const LatticeCutter& cut
   const Index first = lattice.regular_cubes();
   for (Index copy = first; copy < first + cutter.copies_in_use(); ++copy) {
     if (!(lattice.cube_fill[index(copy)] > 0) || counts(copy)) continue;
-    if (const Index to = copy_across(cutter, copy, counts); to >= 0) found.push_back({copy, to});
+    const Across to = across(cutter, copy, counts);
+    if (to.copy < 0) continue;
+    parted_[to.wall].only = to.side;
+    found.push_back({copy, to.copy});
   }
   if (!found.empty()) {  // the next change has no walls
     new_walls_.clear();
@@ -204,27 +210,70 @@ std::vector<std::array<Index, 2>> CutSurface::join_bare(const LatticeCutter& cut
   return found;
 }
 
-/// The lowest copy that counts across the wall that parted a cube last, or the wall before that. It has all
-/// of the material from now on. @returns -1: there is none
+/// The lowest copy that counts across the wall that parted a cube last, or the wall before that.
 template <class F>
-Index CutSurface::copy_across(const LatticeCutter& cutter, Index cube, const F& counts) {
+CutSurface::Across CutSurface::across(const LatticeCutter& cutter, Index cube, const F& counts) const {
   const auto is_of = [&](Index copy, Index ancestor) {
     while (copy >= 0 && copy != ancestor) copy = parent_[index(copy)];
     return copy == ancestor;
   };
   for (Index below = cube, parent = parent_[index(cube)]; parent >= 0;
        below = parent, parent = parent_[index(parent)]) {
-    Parted& parted = parted_[index(parted_place_[index(parent)])];
+    const std::size_t wall = index(parted_place_[index(parent)]);
+    const Parted& parted = parted_[wall];
     const int other = parted.part[0] == below ? 1 : 0;
-    for (const Index copy : cutter.live(cutter.regular_of(cube))) {
-      if (!(cutter.lattice().cube_fill[index(copy)] > 0) || !is_of(copy, parted.part[index(other)]) ||
-          !counts(copy))
-        continue;
-      parted.only = other;
-      return copy;
+    for (const Index copy : cutter.live(cutter.regular_of(cube)))
+      if (cutter.lattice().cube_fill[index(copy)] > 0 && is_of(copy, parted.part[index(other)]) &&
+          counts(copy))
+        return {copy, wall, other};
+  }
+  return {};
+}
+
+/// All copies of a sliver go to copies of one other part, or none does.
+std::vector<std::array<Index, 2>> CutSurface::join_slivers(const LatticeCutter& cutter) {
+  std::vector<std::array<Index, 2>> found;
+  std::vector<Index> part_of_node;
+  const auto part = [&](Index cube) {
+    return part_of_node[index(cutter.lattice().cube_nodes[index(cube)][0])];
+  };
+  std::vector<std::vector<Index>> slivers;
+  std::vector<Index> sliver_parts;
+  for (const Index copy : std::exchange(new_slivers_, {})) {
+    std::vector<Index> copies = severed_sliver(cutter, copy);
+    if (copies.empty()) continue;
+    if (part_of_node.empty()) part_of_node = cutter.part_of_nodes();
+    if (std::find(sliver_parts.begin(), sliver_parts.end(), part(copy)) != sliver_parts.end()) continue;
+    sliver_parts.push_back(part(copy));
+    slivers.push_back(std::move(copies));
+  }
+  for (const std::vector<Index>& copies : slivers) {
+    Index of = -1;
+    std::vector<Across> to;
+    for (const Index copy : copies) {
+      to.push_back(across(cutter, copy, [&](Index other) {
+        return of >= 0
+                   ? part(other) == of
+                   : std::find(sliver_parts.begin(), sliver_parts.end(), part(other)) == sliver_parts.end();
+      }));
+      if (to.back().copy < 0) break;
+      of = part(to.back().copy);
+    }
+    if (to.back().copy < 0) continue;
+    for (std::size_t k = 0; k < copies.size(); ++k) {
+      parted_[to[k].wall].only = to[k].side;
+      held_[index(to[k].copy - cutter.lattice().regular_cubes())] +=
+          std::exchange(held_[index(copies[k] - cutter.lattice().regular_cubes())], 0.0);
+      found.push_back({copies[k], to[k].copy});
+      add_near(cutter, copies[k]);
     }
   }
-  return -1;
+  if (found.empty()) return found;
+  take_near();
+  for (const auto& [from, to] : found) move_triangles(from, to);
+  drop_shut_walls(found);
+  is_cut_again_ = true;  // one whose wall isn't that of the part across hangs on nothing: it is dust
+  return found;
 }
 
 /// Corners of triangles go to the copies of their own piece.

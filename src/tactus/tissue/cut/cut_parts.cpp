@@ -50,7 +50,7 @@ void CutSurface::drop_empty_parts(const LatticeCutter& cutter, Stage& s) {
     const int side =
         s.empty_side[k] == kBothSides ? 1 - side_of_faces(cutter, s, s.splits[k]) : s.empty_side[k];
     if (!is_empty(s, s.splits[k], side)) continue;
-    s.shares[k] = side == 0 ? 1 : 0;
+    s.shares[k] = s.found[k] = side == 0 ? 1 : 0;
     s.is_sliver[k] = 0;
     parted_[index(parted_place_[index(s.splits[k].split.parent)])].only = 1 - side;
   }

@@ -351,6 +351,7 @@ void CutSurface::divide_triangle(const LatticeCutter& cutter, const Stage& s, st
 void CutSurface::find_pieces(const LatticeCutter& cutter, Stage& s) {
   const std::size_t near = s.near.size(), splits = s.splits.size(), walls = s.walls.size();
   s.shares.resize(splits);
+  s.found.resize(splits);
   s.is_sliver.resize(splits);
   s.empty_side.resize(splits);
   s.near_pieces.resize(near);

@@ -30,7 +30,8 @@ CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
     : capacity_(capacity),
       parted_place_(cutter.lattice().cubes.size(), -1),
       parent_(cutter.lattice().cubes.size(), -1),
-      ends_(cutter.lattice().copies.size()) {
+      ends_(cutter.lattice().copies.size()),
+      held_(cutter.lattice().copies.size()) {
   const std::size_t most = std::max(index(capacity.triangles), surface.triangles.size());
   bins_.resize(cutter.lattice().regular_cubes());
   wall_points_.reserve(4 * cutter.lattice().copies.size());
@@ -467,6 +468,7 @@ void CutSurface::find_share(const LatticeCutter& cutter, Stage& s, std::size_t k
   const double fill = double{cutter.lattice().cube_fill[index(split.split.parent)]},
                least = fill > 0 ? std::min(0.5, kLeastFill / fill) : 0;
   const double found = share(cutter, s, split), own = found < 0 ? 0.5 : found;
+  s.found[k] = own;
   s.shares[k] = std::clamp(own, least, 1 - least);
   s.is_sliver[k] = own < least || own > 1 - least ? 1 : 0;
   s.empty_side[k] = found < 0    ? kBothSides
@@ -485,6 +487,7 @@ const std::vector<double>& CutSurface::cut(const LatticeCutter& cutter, const st
   divide_near(cutter, s);
   add_walls(cutter, s);
   drop_empty_parts(cutter, s);
+  note_slivers(cutter, s);
   slivers_ += static_cast<Index>(std::count(s.is_sliver.begin(), s.is_sliver.end(), 1));
   return s.shares;
 }

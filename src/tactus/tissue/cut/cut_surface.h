@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tactus/geom/mesh/point_in_mesh.h"
+#include "tactus/tissue/cut/edge_points.h"
 #include "tactus/tissue/cut/flat_lists.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
 #include "tactus/tissue/cut/short_list.h"
@@ -57,6 +58,9 @@ class CutSurface {
   /// Copies of parts of the lattice that have no surface, and the copies across their walls that get what
   /// they have.
   std::vector<std::array<Index, 2>> join_bare(const LatticeCutter& cutter);
+  /// Copies of parts of the lattice that hold less than kLeastFill in all, and the copies across their walls
+  /// that have their surface from now on. update() has to follow.
+  std::vector<std::array<Index, 2>> join_slivers(const LatticeCutter& cutter);
   /// Finds the triangles that update() looks at. It reads only the cubes' places from the cutter, which
   /// commit() leaves as they are.
   void find_near_splits(const LatticeCutter& cutter, std::span<const std::vector<CubeSplit>> stages);
@@ -197,33 +201,6 @@ class CutSurface {
       return sides[k];
     }
   };
-  /// Points on edges, in the order in which they were found.
-  class EdgePoints {
-   public:
-    void add(std::uint64_t edge, Index point) {
-      const auto [list, is_new] = list_.try_emplace(edge, points_.count());
-      if (is_new) points_.resize(*list + 1);
-      points_.push_back(*list, point);
-    }
-    bool has(std::uint64_t edge) const { return list_.contains(edge); }
-    template <class F>
-    void for_each(std::uint64_t edge, F&& f) const {
-      if (const Index* list = list_.find(edge); list != nullptr)
-        for (const Index point : points_.of(*list)) f(point);
-    }
-    void clear() {
-      list_.clear();
-      points_.reset(0);
-    }
-    void take_capacity_for(std::size_t points) {
-      list_.reserve(points);
-      points_.take_capacity_for(points, points);
-    }
-
-   private:
-    FlatMap<std::uint64_t, Index> list_;
-    Chains<Index> points_;
-  };
   /// While a stage is cut.
   struct Stage {
     std::vector<Split> splits;
@@ -238,7 +215,7 @@ class CutSurface {
     Chains<Segment> segments, wall_segments;  ///< per triangle in `near`; per wall
     FlatMap<std::uint64_t, bool>
         rim;  ///< points of the surface on edges of walls; whether they are their ends
-    std::vector<double> shares;
+    std::vector<double> shares, found;    ///< of side 1: as lattices need them, and as samples say
     std::vector<std::uint8_t> is_sliver;  ///< per split
     /// Per split: the side of its wall where samples found nothing, or kNoSide, or kBothSides.
     std::vector<std::int8_t> empty_side;
@@ -354,6 +331,8 @@ class CutSurface {
   // cut_vertices.cpp
   void take_capacity_for_frame(std::size_t splits);
   void take_capacity_for_stage(std::size_t splits);
+  void add_near(const LatticeCutter& cutter, Index cube);
+  void take_near();
   std::array<Index, 8> nodes_of(const LatticeCutter& cutter, Corner corner) const;
   /// A corner of a triangle.
   struct Use {
@@ -397,8 +376,19 @@ class CutSurface {
   template <class F>
   void add_island_cube(const LatticeCutter& cutter, Index cube, const F& is_of_island);
   void take_to_island(const Stage& s);
+  /// A copy on the other side of a wall, and that wall: place in parted_, and its side.
+  struct Across {
+    Index copy = -1;
+    std::size_t wall = 0;
+    int side = 0;
+  };
   template <class F>
-  Index copy_across(const LatticeCutter& cutter, Index cube, const F& counts);
+  Across across(const LatticeCutter& cutter, Index cube, const F& counts) const;
+  // cut_slivers.cpp
+  void note_slivers(const LatticeCutter& cutter, const Stage& s);
+  std::vector<Index> severed_sliver(const LatticeCutter& cutter, Index copy) const;
+  void move_triangles(Index from, Index to);
+  void drop_shut_walls(const std::vector<std::array<Index, 2>>& from_to);
   // cut_parts.cpp
   void drop_dust(const LatticeCutter& cutter);
   void drop_triangle(Index triangle);
@@ -480,6 +470,8 @@ class CutSurface {
   std::vector<IslandCube> island_;   ///< of the last find_island()
   Index island_root_ = 0;
   std::vector<Index> island_of_vertex_;
+  std::vector<double> held_;        ///< per copy: its material [cubes]
+  std::vector<Index> new_slivers_;  ///< copies, since the last join_slivers()
   Index filled_ = 0, slivers_ = 0;
   double wall_area_ = 0, deepest_ = 0;
   bool is_full_ = false;

@@ -71,6 +71,8 @@ void CutSurface::take_capacity_for_stage(std::size_t splits) {
   s.segments.take_capacity_for(20 * splits, 4 * splits);
   s.wall_segments.take_capacity_for(12 * splits, 4 * splits);
   take_capacity(s.shares, splits);
+  take_capacity(s.found, splits);
+  take_capacity(new_slivers_, splits);
   take_capacity(s.is_sliver, splits);
   take_capacity(s.empty_side, splits);
   take_capacity(s.near_pieces, 20 * splits);
@@ -86,15 +88,21 @@ void CutSurface::take_capacity_for_stage(std::size_t splits) {
 
 void CutSurface::find_near_splits(const LatticeCutter& cutter,
                                   std::span<const std::vector<CubeSplit>> stages) {
-  for (const auto& stage : stages) {
-    for (const CubeSplit& split : stage) {
-      const Vec3i p = cutter.lattice().cubes[index(cutter.regular_of(split.parent))];
-      for (Index k = 0; k < 27; ++k)
-        if (const Index cube = cutter.regular_at(p + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1});
-            cube >= 0 && !bins_.empty(cube))
-          set_.insert(cube);
-    }
-  }
+  for (const auto& stage : stages)
+    for (const CubeSplit& split : stage) add_near(cutter, split.parent);
+  take_near();
+}
+
+/// Into set_: cubes with triangles, round a cube.
+void CutSurface::add_near(const LatticeCutter& cutter, Index cube) {
+  const Vec3i p = cutter.lattice().cubes[index(cutter.regular_of(cube))];
+  for (Index k = 0; k < 27; ++k)
+    if (const Index near = cutter.regular_at(p + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1});
+        near >= 0 && !bins_.empty(near))
+      set_.insert(near);
+}
+
+void CutSurface::take_near() {
   set_.take(near_cubes_);
   for (const Index cube : near_cubes_)
     for (const Index triangle : bins_.of(cube)) set_.insert(triangle);
