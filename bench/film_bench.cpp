@@ -1,6 +1,9 @@
+#include <memory>
+
 #include "bandwidth.h"
 #include "bench.h"
-#include "tactus/fluid/film/film.h"
+#include "tactus/fluid/film/film_exchange.h"
+#include "tactus/fluid/liquid.h"
 #include "tactus/multi_device/device_replay.h"
 
 namespace tactus::bench {
@@ -12,10 +15,12 @@ constexpr Index kColumns = 160, kRows = 125;
 /// its corners and shape read.
 constexpr double kVertexBytes = 24, kTriangleBytes = 60;
 
-/// A wall of 20,000 vertices, 60 degrees steep, of which a film of 0.4 mm with waves wets a part.
+/// A wall of 20,000 vertices, 60 degrees steep, of which a film of 0.4 mm with waves wets a part. It may also
+/// exchange with a liquid, of which it takes nothing.
 class WetWall {
  public:
-  WetWall(DeviceSet& devices, double wet)
+  enum class Exchange : std::uint8_t { none, moving, still };
+  WetWall(DeviceSet& devices, double wet, Exchange exchange)
       : devices_(devices), film_(devices.context(0), {}, kVertices, kTriangles, 3 * kTriangles) {
     ExecContext& ctx = devices.context(0);
     std::vector<Vec3f> x_m;
@@ -48,23 +53,50 @@ class WetWall {
                                 {.dt_s = kFrame_s, .gravity_m_s2 = {8.496F, 0, -4.905F}, .substeps = 1}});
     ctx.upload(volume, film_.volumes());
     ctx.synchronize();
+    if (exchange != Exchange::none) add_exchange(exchange == Exchange::still);
   }
   void frame() {
     replay_.run(devices_, [&] { step(); });
     devices_.synchronize();
   }
   void step() {
-    film_.step(
-        devices_.context(0),
-        {kVertices, kTriangles, x_.const_view(), corners_.const_view(), lists_.ranges(), lists_.values()},
-        frame_.const_view());
+    film_.step(devices_.context(0), surface(), frame_.const_view());
+    if (exchange_)
+      exchange_->run(devices_.context(0), film_, surface(), normals_.const_view(), frame_.const_view(),
+                     liquid_->search(), liquid_->arrivals());
   }
   Index passes() { return to_host(devices_.context(0), film_.passes())[0].passes; }
   static constexpr Index kVertices = kColumns * kRows, kTriangles = 2 * (kColumns - 1) * (kRows - 1);
 
  private:
+  FilmSurface surface() const {
+    return {kVertices, kTriangles, x_.const_view(), corners_.const_view(), lists_.ranges(), lists_.values()};
+  }
+  void add_exchange(bool is_still) {
+    constexpr float kParticle_m = 0.0025F;
+    constexpr Index kRoom = 1024;
+    ExecContext& ctx = devices_.context(0);
+    liquid_ = std::make_unique<Liquid>(devices_, LiquidSettings{.spacing_m = kParticle_m,
+                                                                .box_m = {{0, 0, 0}, {0.4F, 0.4F, 0.4F}},
+                                                                .max_particles = kRoom,
+                                                                .least_particles = kRoom});
+    liquid_->place(std::vector<LiquidParticle>{{{0.1F, 0.1F, 0.3F}, {}, 0}});
+    liquid_->step({.dt_s = 1e-5F, .gravity_m_s2 = {}});
+    normals_ = to_device(ctx, std::vector<Vec3f>(kVertices, Vec3f{0, 0, 1}));
+    exchange_ = std::make_unique<FilmExchange>(
+        ctx,
+        FilmExchangeSettings{
+            .spacing_m = kParticle_m, .reach_m = 0.004F, .max_particles = kRoom, .is_still = is_still},
+        film_);
+    exchange_->start(ctx, surface());
+    devices_.synchronize();
+  }
+
   DeviceSet& devices_;
   Film film_;
+  std::unique_ptr<Liquid> liquid_;
+  std::unique_ptr<FilmExchange> exchange_;
+  Buffer<Vec3f> normals_;
   Buffer<Vec3f> x_;
   Buffer<Index> corners_;
   IndexLists lists_;
@@ -72,17 +104,20 @@ class WetWall {
   DeviceReplay replay_;
 };
 
-nlohmann::json film_row(DeviceSet& devices, double wet, double bandwidth_B_s) {
-  WetWall wall(devices, wet);
+nlohmann::json film_row(DeviceSet& devices, double wet, WetWall::Exchange exchange, double bandwidth_B_s) {
+  WetWall wall(devices, wet, exchange);
   for (int k = 0; k < 5; ++k) wall.frame();
   const std::vector<double> ms = time_ms([&] { wall.frame(); });
   const Index passes = wall.passes();
   const double bytes =
       passes * wet * (WetWall::kVertices * kVertexBytes + WetWall::kTriangles * kTriangleBytes);
   return {{"name", "film"},
-          {"case", wet == 0  ? "dry"
-                   : wet < 1 ? "a tenth wet"
-                             : "wet"},
+          {"case", std::string(wet == 0  ? "dry"
+                               : wet < 1 ? "a tenth wet"
+                                         : "wet") +
+                       (exchange == WetWall::Exchange::none     ? ""
+                        : exchange == WetWall::Exchange::moving ? ", exchange"
+                                                                : ", still, exchange")},
           {"size", WetWall::kVertices},
           {"devices", devices.name()},
           {"ms_p50", p(ms, 50)},
@@ -101,13 +136,16 @@ nlohmann::json film_row(DeviceSet& devices, double wet, double bandwidth_B_s) {
 
 }  // namespace
 
-/// Frames of a film on a wall: all of it wet, a tenth, nothing.
+/// Frames of a film on a wall: all of it wet, a tenth, nothing; then with an exchange, where the wall may
+/// move and where it stands still.
 Rows run_film(const std::string& device_text) {
   return collect([&](Rows& rows) {
     for (const std::string& set : single_devices(device_text)) {
       DeviceSet devices(set);
       const double bandwidth = measure_bandwidth_B_s(devices.context(0));
-      for (const double wet : {1.0, 0.1, 0.0}) rows.push_back(film_row(devices, wet, bandwidth));
+      for (const auto exchange :
+           {WetWall::Exchange::none, WetWall::Exchange::moving, WetWall::Exchange::still})
+        for (const double wet : {1.0, 0.1, 0.0}) rows.push_back(film_row(devices, wet, exchange, bandwidth));
     }
   });
 }
