@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "support/allocations.h"
 #include "tactus/base/timing.h"
 
 namespace tactus {
@@ -66,6 +67,15 @@ TEST(Timing, KeepsTheNewestSamplesAlone) {
   EXPECT_EQ(timings.count("another"), 0U);
   timings.add("stage", 0, 3);
   EXPECT_EQ(timings.last_ms("stage"), 3000);
+}
+
+/// Windows run for hours: a stage has all of its memory from its first time on.
+TEST(Timing, TakesNoMemoryAfterTheFirstTimeOfAStage) {
+  Timings timings;
+  timings.add("stage", 0, 1);
+  const test::AllocationCount taken;
+  for (int k = 0; k < 1000; ++k) timings.add("stage", 0, 1);
+  EXPECT_EQ(taken.so_far(), 0);
 }
 
 TEST(Timing, SumsWhatAStageTakesInTheSeveralPartsOfAFrame) {
