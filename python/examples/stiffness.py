@@ -68,7 +68,7 @@ def identify(height_m: np.ndarray, force_N: np.ndarray) -> tuple[float, float, i
     start_Pa = TISSUE["material"]["young_modulus_pa"]
     start_Pa *= np.median(force_N[touching] / np.maximum(press.force_N(start_Pa)[touching], 1e-9))
     fit = scipy.optimize.least_squares(residuals, [np.log(start_Pa)], diff_step=1e-3, xtol=1e-4)
-    spread = np.sqrt(2 * fit.cost / (touching.sum() - 1) / float(fit.jac.T @ fit.jac))
+    spread = np.sqrt(2 * fit.cost / (touching.sum() - 1) / float((fit.jac**2).sum()))
     modulus_Pa = float(np.exp(fit.x[0]))
     return modulus_Pa, modulus_Pa * float(spread), press.runs
 
