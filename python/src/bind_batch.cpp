@@ -103,7 +103,7 @@ class BatchFrame {
   }
 
  private:
-  /// A driver takes one call at a time for much of what it does.
+  /// A driver takes most kinds of call one at a time.
   static constexpr std::size_t kMostThreads = 16;
 
   template <class F>

@@ -9,7 +9,7 @@
 
 namespace tactus::python {
 
-/// Rows of three numbers in a device's memory, and what keeps them there.
+/// Rows of three numbers in a device's memory, and their owner.
 struct ShownRows {
   const void* data = nullptr;
   Index rows = 0;
@@ -29,7 +29,7 @@ struct PyDeviceArray {
 struct PyDeviceMesh {
   PyDeviceArray positions, normals, triangles;
 };
-/// A mesh where it lies, and what keeps it there.
+/// A mesh where it lies, and its owner.
 struct ShownMesh {
   DeviceMesh mesh;
   std::shared_ptr<const void> owner;

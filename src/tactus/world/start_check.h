@@ -13,7 +13,7 @@
 namespace tactus {
 
 /// A scene that a program changed: read_scene() would refuse these, and a world would end at them.
-/// @returns the scene @throws usage Error naming the field, its value and what is expected; likewise for a
+/// @returns the scene @throws usage Error naming the field, its value and the range; likewise for a
 /// mesh or label volume that `assets` lacks.
 const Scene& checked(const Scene& scene, const BodyAssets& assets);
 

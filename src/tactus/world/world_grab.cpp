@@ -11,7 +11,7 @@
 namespace tactus {
 namespace {
 
-/// Floats of the devices hold the squares of what is less.
+/// Floats of the devices hold the squares of smaller numbers.
 void check(const Grab& grab) {
   constexpr double kMost = 1e12, kMost_m = 1e6;
   const auto near = [](const char* name, Vec3d p) {

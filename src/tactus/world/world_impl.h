@@ -175,7 +175,8 @@ struct World::Impl {
 
   DeviceSet& devices_;
   Scene scene_;
-  const std::vector<KeyFingerprint> fingerprint_ = scene_fingerprint(scene_);  ///< before parameters changed it
+  const std::vector<KeyFingerprint> fingerprint_ =
+      scene_fingerprint(scene_);                         ///< before parameters changed it
   Perception* perception_;                               ///< nullptr: no cameras, nothing is reconstructed
   unsigned reductions_made_ = 0, reductions_asked_ = 0;  ///< bits
   float sample_spacing_m_;

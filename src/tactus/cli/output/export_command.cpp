@@ -16,7 +16,7 @@ struct ExportFlags {
   int every = 1;
 };
 
-/// Counts and names what is there now and wasn't before.
+/// Counts and names the new ones.
 void print_files(const std::string& folder, std::filesystem::file_time_type begun) {
   std::vector<std::string> names;
   for (const auto& file : std::filesystem::directory_iterator(folder))
