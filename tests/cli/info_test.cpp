@@ -75,5 +75,14 @@ TEST_F(InfoFile, Labels) {
   expect_refused("info " + write("b.txt", "no volume"), 1, {"b.txt", "no label volume"});
 }
 
+TEST_F(InfoFile, RefusesFlagsThatItWouldNotHeed) {
+  for (const char* both : {"--frame a.yaml --json b.json", "--parameters a.yaml --json b.json",
+                           "--frame a.yaml --parameters a.yaml", "a.obj --frame a.yaml"}) {
+    const Outcome o = run_tactus(std::string("info ") + both);
+    EXPECT_EQ(o.code, 2) << both << o.text;
+    EXPECT_TRUE(has(o.text, "excludes")) << both << o.text;
+  }
+}
+
 }  // namespace
 }  // namespace tactus::test

@@ -6,10 +6,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/message_of.h"
 #include "tactus/base/error.h"
 #include "tactus/io/scene_file.h"
-#include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_source.h"
+#include "tactus/run/sinks.h"
 #include "tactus/run/sinks/mesh_sink.h"
 #include "tactus/run/sinks/report_sink.h"
 #include "tactus/world/world.h"
@@ -194,6 +195,54 @@ TEST(SceneSource, TakesPhotographsWhereASceneAsksForThem) {
   FrameSet frame;
   ASSERT_EQ(source->next(frame), NextFrame::success);
   EXPECT_EQ(frame.colors.size(), source->rig().cameras.size());
+}
+
+TEST(UsdSink, TakesEachFrameWhereTheSceneNamesNoInterval) {
+  Loaded loaded(kFalling);
+  const std::filesystem::path stem = std::filesystem::temp_directory_path() / "tactus_usd_sink";
+  EXPECT_EQ(test::message_of([&] { make_usd_sink(loaded.scene, loaded.assets, stem, 0); }, ErrorKind::usage),
+            "frames_per_s of a USD file is 0, expected > 0");
+  ASSERT_EQ(loaded.scene.output.usd_every, 0);
+  const std::unique_ptr<FrameSink> usd = make_usd_sink(loaded.scene, loaded.assets, stem, 50);
+  FrameLoop loop(*loaded.source, loaded.world);
+  loop.add(*usd);
+  loop.run();
+  std::ifstream file(stem.string() + ".usda");
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_NE(text.find("endTimeCode = 7\n"), std::string::npos) << "8 frames from 0 on";
+  EXPECT_NE(text.find("timeCodesPerSecond = 50\n"), std::string::npos);
+  std::filesystem::remove(stem.string() + ".usda");
+}
+
+TEST(Perception, AFrameWithoutSilhouettesIsNoNewImage) {
+  Loaded loaded(kFilmed);
+  FrameSet frame;
+  ASSERT_EQ(loaded.source->next(frame), NextFrame::success);
+  EXPECT_TRUE(loaded.perception->download().triangles.empty()) << "before the first image";
+  loaded.world.set_surface(loaded.perception->observe(&frame, 0));
+  loaded.world.step(0);
+  const std::size_t triangles = loaded.perception->download().triangles.size();
+  EXPECT_GT(triangles, 100U);
+  for (BitMask& mask : frame.silhouettes) mask = {};
+  const Observation seen = loaded.perception->observe(&frame, 0.02);
+  EXPECT_FALSE(seen.is_new);
+  loaded.world.set_surface(seen);
+  const StepReport report = loaded.world.step(0.02);
+  ASSERT_EQ(report.notices.size(), 1U);
+  EXPECT_EQ(report.notices[0].code, "hull.blind");
+  EXPECT_EQ(loaded.perception->download().triangles.size(), triangles) << "the surface goes on";
+}
+
+TEST(Perception, AnObservationIsForOneWorld) {
+  Loaded loaded(kFilmed), other(kFilmed);
+  FrameSet frame;
+  ASSERT_EQ(loaded.source->next(frame), NextFrame::success);
+  const std::string expected = "set_surface: the observation is not of this World's Perception";
+  const Observation seen = other.perception->observe(&frame, 0);
+  EXPECT_EQ(test::message_of([&] { loaded.world.set_surface(seen); }, ErrorKind::usage), expected);
+  Observation made_up;
+  made_up.is_new = true;
+  EXPECT_EQ(test::message_of([&] { loaded.world.set_surface(made_up); }, ErrorKind::usage), expected);
 }
 
 }  // namespace
