@@ -55,8 +55,10 @@ TEST(StateArchive, WhatIsNotItIsNamed) {
   }
   EXPECT_NE(read(good + "x").find("it was cut short, or something was added"), std::string::npos);
   std::string newer = good;
-  newer[8] = 3;
-  EXPECT_EQ(read(newer), "f: it is a checkpoint of version 3, expected 2: make it anew with this program");
+  newer[8] = StateArchive::kVersion + 1;
+  EXPECT_EQ(read(newer), "f: it is a checkpoint of version " + std::to_string(StateArchive::kVersion + 1) +
+                             ", expected " + std::to_string(StateArchive::kVersion) +
+                             ": make it anew with this program");
 }
 
 TEST(StateArchive, BlocksOfAnotherSceneAreNamed) {
