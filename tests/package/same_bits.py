@@ -20,7 +20,8 @@ def compiler_words(command: str) -> list[str]:
 
 def main() -> int:
     source, build, scratch = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
-    entries = [e for e in json.loads((build / "compile_commands.json").read_text()) if "/src/tactus/base/" in e["file"]]
+    entries = [e for e in json.loads((build / "compile_commands.json").read_text()) 
+               if "/src/tactus/base/" in e["file"] and "cmake_pch" not in e["file"]]
     objects = []
     for name in ("one", "another/deeper"):
         folder = scratch / name
@@ -29,12 +30,18 @@ def main() -> int:
             shutil.copytree(source / part, folder / part)
         made = {}
         for entry in entries:
-            words = [w.replace(str(build), str(folder / "build")).replace(str(source), str(folder))
-                     for w in compiler_words(entry["command"])]
+            moved = [w.replace(str(source), str(folder)) for w in compiler_words(entry["command"])]
+            if "-include" in moved:  # a precompiled header of the other folder
+                del moved[moved.index("-include"):moved.index("-include") + 2]
             target = folder / (pathlib.Path(entry["file"]).stem + ".o")
-            words[words.index("-o") + 1] = str(target)
+            moved[moved.index("-o") + 1] = str(target)
+            written = pathlib.Path(entry["file"])
+            if written.is_relative_to(build):  # sources that are compiled in groups
+                group = folder / written.name
+                group.write_text(written.read_text().replace(str(source), str(folder)))
+                moved[moved.index("-c") + 1] = str(group)
             (folder / "build").mkdir(parents=True, exist_ok=True)
-            subprocess.run(words, cwd=folder / "build", check=True)
+            subprocess.run(moved, cwd=folder / "build", check=True)
             made[target.name] = target.read_bytes()
         objects.append(made)
     differ = [name for name in objects[0] if objects[0][name] != objects[1][name]]
