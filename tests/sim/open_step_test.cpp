@@ -35,8 +35,8 @@ obstacles:
 
 /// A world with devices of its own, whose ball goes down at a speed of its own.
 struct Pressed {
-  Pressed(const std::string& text, double step_m)
-      : devices(text), scene(pressed_slab()), world(devices, scene, {}), step_m(step_m) {}
+  Pressed(const std::string& text, double by_m)
+      : devices(text), scene(pressed_slab()), world(devices, scene, {}), step_m(by_m) {}
   void move(int frame) {
     const double y_m = std::max(0.06 - step_m * (frame + 1), 0.035);
     world.set_pose("ball", {Mat3d::identity(), {0, y_m, 0}});
