@@ -132,6 +132,13 @@ TEST(HeldObstacle, RefusesWrongNamesAndPoses) {
   scaled.R(0, 0) = 2;
   EXPECT_EQ(message("ball", scaled),
             "pose of obstacle 'ball': R^T R differs from 1 by 3, expected a rotation: at most 0.001");
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) {
+      Rigidd hole{Mat3d::identity(), {}};
+      hole.R(i, k) = NAN;
+      EXPECT_EQ(message("ball", hole),
+                "pose of obstacle 'ball': R^T R differs from 1 by nan, expected a rotation: at most 0.001");
+    }
   EXPECT_EQ(
       message("ball", {Mat3d::identity(), {NAN, 0, 0}}),
       "pose of obstacle 'ball': its position [nan, 0, 0] m is expected to be finite, and at most 1e6 m away");
@@ -145,6 +152,9 @@ TEST(HeldObstacle, TakesTheNearestRotationToOneOfFloats) {
   Mat3f turned = Mat3f::identity();
   const Mat3f step = mat_cast<float>(rotation_from_vector(Vec3d{0.01, 0.02, 0.03}));
   for (int k = 0; k < 1000; ++k) turned = step * turned;
+  const Mat3d given = mat_cast<double>(transpose(turned) * turned);
+  EXPECT_GT(std::abs(given(0, 0) - 1) + std::abs(given(1, 1) - 1) + std::abs(given(2, 2) - 1), 1e-6)
+      << "there is something to mend";
   simulation.set_pose("ball", {mat_cast<double>(turned), {0, 1, 0}});
   simulation.World::step(0);
   const Mat3d R = simulation.pose("ball").R;

@@ -90,9 +90,9 @@ Observation Perception::Impl::observe(const FrameSet* frame, double dt_s) {
   Observation seen;
   seen.made_by = this;
   if (is_blind) {
+    // One text for all such frames: each text is logged once.
     seen.notices.push_back({"hull.blind", Severity::warning,
-                            "frame " + std::to_string(frame->tick) +
-                                ": no camera has a silhouette; the real surface goes on with its motion",
+                            "no camera has a silhouette; the real surface goes on with its motion",
                             "look at the cameras and the masks"});
   }
   if (frame == nullptr || is_blind) return seen;

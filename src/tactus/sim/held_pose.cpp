@@ -1,22 +1,23 @@
 #include "tactus/sim/held_pose.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tactus/base/error.h"
 #include "tactus/sim/body/body_point.h"
 
 namespace tactus {
-
 namespace {
 
-/// The largest entry of R^T R - 1; NaN for a matrix with NaN.
+/// The largest entry of R^T R - 1; not finite where R isn't.
 double off_rotation(const Mat3d& R) {
   double off = 0;
   const Mat3d product = transpose(R) * R;
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) {
       const double by = std::abs(product(i, k) - (i == k ? 1 : 0));
-      if (!(by <= off)) off = by;
+      if (!std::isfinite(by)) return by;
+      off = std::max(off, by);
     }
   return off;
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// Finds bodies and obstacles that lie in one another before the first frame. Contact would push them apart
-/// at once, which looks like an explosion and is seldom meant.
+/// Looks at a scene before its first frame: values that would end a world, and bodies and obstacles that lie
+/// in one another. Contact would push those apart at once, which looks like an explosion and is seldom meant.
 #include <memory>
 #include <span>
 #include <vector>
