@@ -1,5 +1,6 @@
 #pragma once
-/// Triangle meshes on the host, and their topology, volume, area and bounds.
+/// Triangle meshes on the host, and their topology, volume, area and bounds. Functions of triangles throw an
+/// Error that names one with a corner that isn't there.
 #include <array>
 #include <cstdint>
 #include <vector>
