@@ -73,7 +73,7 @@ def check_reader(run: Run) -> None:
     grab = json.dumps({"do": "grab", "body": "block", "point_m": [0.07, 0.06, 0.07], "target_m": [0.07, 0.08, 0.07]})
     pose = json.dumps({"do": "pose", "obstacle": "ball", "position_m": [0.01, 0.2, 0], "quaternion": quaternion})
     out = subprocess.run([sys.executable, str(HERE / "read_stream.py"), run.address, "--frames", "12", "--send", pose, "--send", grab, "--send", '{"do": "jump"}'],
-                         capture_output=True, text=True, timeout=60, check=True).stdout
+                         stdout=subprocess.PIPE, text=True, timeout=60, check=True).stdout
     messages = [json.loads(line) for line in out.splitlines()]
     setting = messages[0]["blocks"][0]["json"]
     assert setting["scene"] == "<script>alert(1)</script>" and setting["held"] == ["ball", "knife"] and setting["grabbed"] == ["block"] and setting["control"], setting
@@ -82,6 +82,7 @@ def check_reader(run: Run) -> None:
     assert any("'jump'" in t.get("error", "") for t in texts), texts
     frames = [m for m in messages if m.get("kind") == "frame"]
     assert [f["frame"] for f in frames] == sorted({f["frame"] for f in frames}), "frames go back"
+    assert all("knife" in [b["name"] for b in f["blocks"]] for f in frames), "a held blade has no name of its own"
     blocks = {b["name"]: b for b in frames[-1]["blocks"]}
     # Nothing loads the block in its first frame. Its surface is as large as the box, to half a step of 0.16 m / 65535. Then its corner is pulled up.
     block = {b["name"]: b for b in frames[0]["blocks"]}["block"]

@@ -201,10 +201,11 @@ std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& sna
     for (std::size_t v = 0; v < wet.mesh.positions_m.size(); ++v)
       film.mesh.positions_m[v] += (kAbove_m + wet.film.film_m[v]) * wet.mesh.normals[v];
   }
-  for (std::size_t b = 0; b < snapshot.blades.size(); ++b)
-    all.push_back({{BlockRole::blade, b < held_blades_.size() ? held_blades_[b].name : "blade", kSteel},
-                   snapshot.blades[b],
-                   {}});
+  for (std::size_t b = 0; b < snapshot.blades.size(); ++b) {
+    // As a view: the conditional operator would copy the name, and the style would view the dead copy.
+    const std::string_view name = b < held_blades_.size() ? std::string_view(held_blades_[b].name) : "blade";
+    all.push_back({{BlockRole::blade, name, kSteel}, snapshot.blades[b], {}});
+  }
   return all;
 }
 
