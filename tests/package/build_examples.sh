@@ -1,9 +1,13 @@
 #!/usr/bin/env bash
-# build_examples.sh BUILD EXAMPLES SCRATCH: installs BUILD, then configures, builds and runs the examples against it.
+# build_examples.sh BUILD EXAMPLES SCRATCH: installs BUILD, then configures, builds and runs the examples against it. EXAMPLES are
+# in the sources, whose scenes they run.
 set -euo pipefail
 build=$(realpath "$1") examples=$(realpath "$2") scratch=$3
 rm -rf "$scratch"
 cmake --install "$build" --prefix "$scratch/prefix" >/dev/null
+documents=$(dirname "$(find "$scratch/prefix" -name ARCHITECTURE.md)")
+"$(dirname "$0")/installed_links.py" "$documents"
+diff -r "$examples" "$documents/examples"
 use() {  # use EXAMPLE [cmake options]
   local example=$1
   shift

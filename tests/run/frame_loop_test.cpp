@@ -197,6 +197,20 @@ TEST(SceneSource, TakesPhotographsWhereASceneAsksForThem) {
   EXPECT_EQ(frame.colors.size(), source->rig().cameras.size());
 }
 
+TEST(Sinks, NameTheNumberThatIsWrong) {
+  Loaded loaded(kFalling);
+  const std::string stem = (std::filesystem::temp_directory_path() / "tactus_wrong_sink").string();
+  const auto message = [](auto&& make) { return test::message_of(make, ErrorKind::usage); };
+  EXPECT_EQ(message([&] { make_budget_sink(-0.01, loaded.world); }),
+            "budget_s of a frame is -0.01, expected > 0");
+  EXPECT_EQ(message([&] { make_vtk_sink(0, stem); }),
+            "every, the frames from one VTK file to the next, is 0, expected > 0");
+  EXPECT_EQ(message([&] {
+              make_picture_sink(loaded.scene, loaded.source->rig(), loaded.assets, loaded.world, stem, 0);
+            }),
+            "frames_per_s of a film is 0, expected > 0");
+}
+
 TEST(UsdSink, TakesEachFrameWhereTheSceneNamesNoInterval) {
   Loaded loaded(kFalling);
   const std::filesystem::path stem = std::filesystem::temp_directory_path() / "tactus_usd_sink";

@@ -1,5 +1,8 @@
 #include "tactus/run/sinks.h"
 
+#include <cmath>
+
+#include "tactus/base/error.h"
 #include "tactus/io/json_file.h"
 #include "tactus/run/sinks/budget_sink.h"
 #include "tactus/run/sinks/explain_sink.h"
@@ -45,11 +48,19 @@ class JsonSink final : public FrameSink {
   std::string path_;
 };
 
+/// @returns `value`. @throws Error (usage) unless it is above 0 and finite.
+double positive(double value, const char* name) {
+  if (!(value > 0 && std::isfinite(value)))
+    throw usage_error(std::string(name) + " is " + number_text(value) + ", expected > 0");
+  return value;
+}
+
 }  // namespace
 
 std::unique_ptr<FrameSink> make_picture_sink(const Scene& scene, const Rig& rig, const BodyAssets& assets,
                                              World& world, const std::string& stem, double frames_per_s) {
-  return std::make_unique<ClosedPictures>(scene, rig, assets, world, stem, frames_per_s);
+  return std::make_unique<ClosedPictures>(scene, rig, assets, world, stem,
+                                          positive(frames_per_s, "frames_per_s of a film"));
 }
 
 std::unique_ptr<FrameSink> make_mesh_sink(const Scene& scene, const std::string& stem) {
@@ -57,12 +68,13 @@ std::unique_ptr<FrameSink> make_mesh_sink(const Scene& scene, const std::string&
 }
 
 std::unique_ptr<FrameSink> make_vtk_sink(int every, const std::string& stem) {
+  positive(every, "every, the frames from one VTK file to the next,");
   return std::make_unique<VtkSink>(every, stem);
 }
 
 std::unique_ptr<FrameSink> make_usd_sink(const Scene& scene, const BodyAssets& assets,
                                          const std::string& stem, double frames_per_s) {
-  return std::make_unique<UsdSink>(scene, assets, stem, frames_per_s);
+  return std::make_unique<UsdSink>(scene, assets, stem, positive(frames_per_s, "frames_per_s of a USD file"));
 }
 
 std::unique_ptr<FrameSink> make_json_sink(const Scene& scene, const FrameLoop& loop, World& world,
@@ -71,7 +83,7 @@ std::unique_ptr<FrameSink> make_json_sink(const Scene& scene, const FrameLoop& l
 }
 
 std::unique_ptr<FrameSink> make_budget_sink(double budget_s, World& world) {
-  return std::make_unique<BudgetSink>(budget_s, world, false);
+  return std::make_unique<BudgetSink>(positive(budget_s, "budget_s of a frame"), world, false);
 }
 
 std::unique_ptr<FrameSink> make_progress_sink() { return std::make_unique<ProgressSink>(true); }

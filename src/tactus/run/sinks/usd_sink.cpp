@@ -1,20 +1,12 @@
 #include "tactus/run/sinks/usd_sink.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "tactus/base/error.h"
 #include "tactus/sim/still_obstacles.h"
 #include "tactus/view/scene.h"
 
 namespace tactus {
 namespace {
-
-double checked(double frames_per_s) {
-  if (!(frames_per_s > 0 && std::isfinite(frames_per_s)))
-    throw usage_error("frames_per_s of a USD file is " + number_text(frames_per_s) + ", expected > 0");
-  return frames_per_s;
-}
 
 constexpr Vec3f kObstacle{0.62F, 0.65F, 0.69F}, kBlood{0.5F, 0.02F, 0.03F};
 
@@ -23,7 +15,7 @@ constexpr Vec3f kObstacle{0.62F, 0.65F, 0.69F}, kBlood{0.5F, 0.02F, 0.03F};
 UsdSink::UsdSink(const Scene& scene, const BodyAssets& assets, const std::string& stem, double frames_per_s)
     : scene_(scene),
       every_(std::max(scene.output.usd_every, 1)),
-      usd_(stem + ".usda", checked(frames_per_s) / every_) {
+      usd_(stem + ".usda", frames_per_s / every_) {
   for (const StillObstacle& o : still_obstacles(scene, assets))
     usd_.add_still("obstacle " + o.name, o.mesh, kObstacle);
   for (const ObstacleSetting& o : scene.obstacles)
