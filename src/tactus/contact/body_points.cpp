@@ -5,12 +5,11 @@
 #include <set>
 #include <string>
 
+#include "tactus/base/at.h"
 #include "tactus/contact/response_kernels.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 void check_node(Index point, Index node, Index count) {
   if (node < 0 || node >= count)

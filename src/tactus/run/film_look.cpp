@@ -5,12 +5,11 @@
 #include <cmath>
 #include <map>
 
+#include "tactus/base/at.h"
 #include "tactus/geom/mesh/surface_samples.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 constexpr float kReach = 2.5F;   // of averages, in edges of the surface: teeth of triangles don't show
 constexpr float kEdge = 0.35F;   // share of wet surface at the film's edge

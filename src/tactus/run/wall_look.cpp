@@ -4,12 +4,11 @@
 #include <cstdint>
 #include <unordered_set>
 
+#include "tactus/base/at.h"
 #include "tactus/geom/mesh/surface_samples.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 constexpr float kLip = 0.1F, kGrain = 0.12F;  // in spacings
 constexpr float kFar = 4;                     // spacings; depths beyond aren't told apart

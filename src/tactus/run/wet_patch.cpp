@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "tactus/base/at.h"
+
 namespace tactus {
 namespace {
 
 constexpr float kAbove_m = 1e-4F;  ///< the surface below isn't to be seen through the film
 constexpr float kThinnestStain_m = 1e-6F;
-
-std::size_t at(Index v) { return static_cast<std::size_t>(v); }
 
 /// The vertices at each place where a surface has a crease: several, with a normal each.
 std::vector<std::vector<Index>> creases(const TriangleMesh& surface) {

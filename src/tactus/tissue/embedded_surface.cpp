@@ -8,13 +8,12 @@
 #include <string>
 #include <utility>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 #include "tactus/tissue/embed_kernels.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// Which cube holds a point, or lies nearest to it.
 class CubeFinder {

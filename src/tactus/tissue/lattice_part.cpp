@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "tactus/base/at.h"
+
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Ids of the first `count`, of ascending z, that lie in [begin, end).
 Slab ids_between(const std::vector<Vec3i>& ascending, Index count, Index begin, Index end) {

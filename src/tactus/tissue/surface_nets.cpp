@@ -4,12 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// Samples on a grid that reaches two points beyond the box; the outermost points are outside by decree.
 struct SampledField {

@@ -2,12 +2,11 @@
 
 #include <string>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 void check(Index id, Index count, const char* what) {
   if (id < 0 || id >= count)

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <cstdint>
 
+#include "tactus/base/at.h"
+
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 constexpr float kCrowdRadius = 0.8F;  // in spacings: leaves no hole between four a spacing apart
 constexpr float kLoneRadius = 0.62F;  // a ball of the particle's volume

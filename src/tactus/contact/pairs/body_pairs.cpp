@@ -1,6 +1,7 @@
 #include "tactus/contact/pairs/body_pairs.h"
 
 #include <algorithm>
+#include "tactus/base/at.h"
 #include "tactus/contact/pairs/pair_bound_kernels.h"
 #include "tactus/contact/pairs/pair_cut_kernels.h"
 #include "tactus/contact/pairs/pair_find_kernels.h"
@@ -8,8 +9,6 @@
 
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
 

@@ -5,14 +5,13 @@
 #include <set>
 #include <string>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
 
 constexpr Index kPatchEdge = 4;  ///< in cubes
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
 

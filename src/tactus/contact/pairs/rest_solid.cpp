@@ -4,10 +4,10 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "tactus/base/at.h"
+
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Distances at points of a grid, each worked out once.
 class GridDistances {

@@ -7,6 +7,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
@@ -16,8 +17,6 @@ struct Candidate {
   Vec3f x_m, n;
   float area_m2;
 };
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// The vertices of a mesh, then the points that cut its longer edges.
 std::vector<Candidate> candidates(const TriangleMesh& mesh, float spacing_m) {

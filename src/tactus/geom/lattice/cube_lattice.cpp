@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/lattice/cube_parts.h"
 #include "tactus/geom/mesh/mesh_defects.h"
@@ -14,8 +15,6 @@
 
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// The boxes of cubes a body may touch, and which are chosen.
 struct CubeGrid {

@@ -2,6 +2,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include "tactus/base/at.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,8 +13,6 @@
 
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// Convex: a triangle has at most 9 corners after six cuts.
 struct Polygon {

@@ -5,12 +5,11 @@
 #include <map>
 #include <numeric>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 Vec3i corner_of(Vec3i cube, int q) { return cube + Vec3i{q & 1, q >> 1 & 1, q >> 2}; }
 

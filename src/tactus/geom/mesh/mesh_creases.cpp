@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
+#include "tactus/base/at.h"
+
 namespace tactus {
 namespace {
 
 constexpr float kSameSide = 0.7F;  // cosine
 constexpr float kNeedle = 1e-3F;   // area over the largest at the vertex
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// A corner of a triangle at a vertex.
 struct Corner {

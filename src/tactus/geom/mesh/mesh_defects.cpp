@@ -6,12 +6,11 @@
 #include <cstdio>
 #include <span>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::string text(Vec3f p) {
   char buffer[96];

@@ -6,13 +6,12 @@
 #include <numbers>
 #include <numeric>
 
+#include "tactus/base/at.h"
 #include "tactus/geom/mesh/closest_point.h"
 #include "tactus/geom/mesh/mesh_defects.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Side of p against the projected edge a-b in the (y, z) plane: > 0 left, < 0 right, 0 only for an edge
 /// without extent. A tie is decided as if p were moved by (e, e^2), e -> 0.

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
+#include "tactus/base/at.h"
+
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 struct Point {
   double x, y;

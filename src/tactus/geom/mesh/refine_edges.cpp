@@ -1,11 +1,8 @@
 #include "tactus/geom/mesh/refine_edges.h"
 
+#include "tactus/base/at.h"
+
 namespace tactus::refine {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 Halves::Halves(std::size_t edges) {
   std::size_t size = 16;

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
+#include "tactus/base/at.h"
+
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// Samples of a triangle: the middles of n^2 equal ones.
 void add_samples(const std::array<Vec3f, 3>& x_m, const std::array<Index, 3>& corners, int n,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/geom/mesh/point_box.h"
@@ -22,8 +23,6 @@ constexpr double kWeld = 1e-6;
 constexpr double kFar_m = 100, kFarSizes = 10;
 /// Tests of corners against ears in all faces of a file: a few seconds.
 constexpr std::int64_t kMaxEarTests = 1000000000;
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 std::string position_text(Vec3d p) {
   char text[96];

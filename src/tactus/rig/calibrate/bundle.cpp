@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/maths/rotation.h"
 #include "tactus/rig/calibrate/board_pose.h"
@@ -125,8 +126,6 @@ class Bundle {
   }
 
  private:
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
   /// First guesses of cameras and boards from single views.
   void place() {
     std::vector<std::optional<Rigidd> > poses;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "tactus/base/at.h"
 #include "tactus/sim/body/body_point.h"
 #include "tactus/sim/body/body_status.h"
 #include "tactus/sim/body/cut_capacity.h"
@@ -13,8 +14,6 @@
 
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// Per regular cube: 1: it is an element, and no motion or load acts on its nodes.
 std::vector<std::uint8_t> may_cut(const BodyShape& shape, const BodySolver& tissue) {

@@ -4,12 +4,11 @@
 #include <map>
 #include <numeric>
 
+#include "tactus/base/at.h"
 #include "tactus/tissue/boundary/pull_kernels.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 bool has(Slab layers, Index layer) { return layer >= layers.begin && layer < layers.end; }
 

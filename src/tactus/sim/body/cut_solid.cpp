@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/at.h"
+
 namespace tactus {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// Walls that are flatter than that, in spacings, count as planes.
 constexpr double kFlat = 0.01;

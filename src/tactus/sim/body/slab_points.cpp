@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
+#include "tactus/base/at.h"
 #include "tactus/tissue/embedded_surface.h"
 
 namespace tactus {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 bool has(Slab layers, Index layer) { return layer >= layers.begin && layer < layers.end; }
 

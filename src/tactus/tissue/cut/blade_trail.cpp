@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/at.h"
 #include "tactus/compute/cpu_for.h"
 #include "tactus/tissue/flsm/region_rotation.h"
 
 namespace tactus::cut {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// Nodes whose sums are one.
 constexpr std::size_t kBlock = 1024;

@@ -3,15 +3,10 @@
 #include <map>
 #include <numeric>
 
+#include "tactus/base/at.h"
 #include "tactus/compute/cpu_for.h"
 
 namespace tactus::cut {
-namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void BodyCutter::take_capacity_for(TopologyChange& change) const {
   const std::size_t splits = std::min(lattice_.lattice().copies.size() / 2, kFrameSplits);
   take_capacity(change.cut, splits);

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
+#include "tactus/base/at.h"
 #include "tactus/tissue/cut/wall_parts.h"
 
 namespace tactus::cut {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// The gradient of a cube's trilinear weights along the wall's normal. Where both sides of the cut share most
 /// of the weights that move the point, at the end of a cut, the wall can't be parted: 0.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/base/at.h"
+
 namespace tactus::cut {
 namespace {
 
@@ -32,7 +34,6 @@ class ExactSum {
   }
 
  private:
-  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   std::array<double, 64> parts_{};  ///< 24 products of two parts each
   int count_ = 0;
 };

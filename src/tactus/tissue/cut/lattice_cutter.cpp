@@ -6,16 +6,11 @@
 #include <numeric>
 #include <string>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 #include "tactus/compute/cpu_for.h"
 
 namespace tactus::cut {
-namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 const std::array<std::array<int, 2>, kPairs> kCornerPairs = {{{0, 1},
                                                               {2, 3},
                                                               {4, 5},

@@ -4,14 +4,13 @@
 #include <cmath>
 #include <string>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 #include "tactus/compute/cpu_for.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
 
 namespace tactus::cut {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// A node this near to where a blade is about to pass is taken to the same side as all others, in spacings:
 /// blades find it so far from there.

@@ -3,13 +3,12 @@
 #include <bit>
 #include <utility>
 
+#include "tactus/base/at.h"
 #include "tactus/compute/cpu_for.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
 
 namespace tactus::cut {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 /// Eight cubes, in 16 parts each.
 constexpr std::size_t kMostAtCorner = 128;

@@ -5,12 +5,12 @@
 #include <limits>
 #include <span>
 
+#include "tactus/base/at.h"
+
 namespace tactus::cut {
 namespace {
 
 using Polygon = std::span<const int>;  ///< counter-clockwise; a slit is gone along both ways
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 class Outline {
  public:

@@ -4,12 +4,11 @@
 #include <bit>
 #include <cmath>
 
+#include "tactus/base/at.h"
 #include "tactus/tissue/cut/lattice_cutter.h"
 
 namespace tactus::cut {
 namespace {
-
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 Vec3d corner(Vec3i cube, int q) { return vec_cast<double>(cube + Vec3i{q & 1, q >> 1 & 1, q >> 2}); }
 

@@ -4,6 +4,7 @@
 #include <bit>
 #include <string>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 #include "tactus/geom/maths/symmetric_eigen.h"
 #include "tactus/tissue/lattice_part.h"
@@ -11,7 +12,6 @@
 namespace tactus {
 namespace {
 
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 constexpr Index round_up(Index n, Index to) { return (n + to - 1) / to * to; }
 
 /// Which nodes and cubes of the lattice's box exist, with a margin of w, as bytes.

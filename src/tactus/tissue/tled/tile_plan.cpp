@@ -6,12 +6,11 @@
 #include <span>
 #include <string>
 
+#include "tactus/base/at.h"
 #include "tactus/base/error.h"
 
 namespace tactus::tled {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Tiles with the same nodes along x: those of one segment of rows. Where fewer nodes are left, there is
 /// capacity for more rows.
