@@ -34,11 +34,11 @@ endif()
 # A few sources are compiled with -O1, and g++ 13 then reads the headers themselves: no reason to warn.
 set(CMAKE_PCH_WARN_INVALID OFF)
 
-# Likewise, sources whose headers are most of their work are compiled together (tactus_unite). .ci/run builds so, too.
+# Likewise, sources are compiled together (tactus_batch). .ci/run builds so, too.
 if(CCACHE_PROGRAM)
-  option(TACTUS_UNITY "Compile small sources in groups" OFF)
+  option(TACTUS_UNITY "Compile sources in groups" OFF)
 else()
-  option(TACTUS_UNITY "Compile small sources in groups" ON)
+  option(TACTUS_UNITY "Compile sources in groups" ON)
 endif()
 
 # tactus_gpus_here(out): the compute capabilities of this machine's GPUs, as 86 for 8.6; none without a driver.

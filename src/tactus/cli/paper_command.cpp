@@ -13,6 +13,7 @@
 #include "tactus/cli/bench/bench_flags.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/output/chart.h"
+#include "tactus/cli/output/sheet_colors.h"
 #include "tactus/cli/version.h"
 #include "tactus/geom/mesh/polygonize.h"
 #include "tactus/io/scene_file.h"
@@ -26,8 +27,7 @@
 namespace tactus {
 namespace {
 
-constexpr Vec3f kPaper{0.98F, 0.98F, 0.973F};  // of contact sheets
-constexpr Index kCell_px = 300;                // of figure 15
+constexpr Index kCell_px = 300;  // of figure 15
 
 /// The surface of a frame, on the device and on the host.
 struct Reconstructed {
@@ -211,7 +211,6 @@ Rgb8 to_rgb8(Vec3f c) {
 
 /// A scale of errors along the lower edge: its colours in a frame, and the errors of three of them.
 void draw_scale(ColorImage& image, float most_m) {
-  constexpr Rgb8 kInk{40, 44, 52};
   constexpr float kTextPx = 22;
   const Index x0 = image.width_px / 8, x1 = image.width_px - x0, y1 = image.height_px - 44, y0 = y1 - 20;
   for (Index y = y0 - 2; y < y1 + 2; ++y) {

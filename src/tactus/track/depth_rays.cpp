@@ -6,7 +6,7 @@
 namespace tactus {
 namespace {
 
-constexpr double kLeast_m = 0.05;
+constexpr double kNearestDepth_m = 0.05;
 constexpr double kLeastCosine = 0.3;
 
 }  // namespace
@@ -20,7 +20,7 @@ std::span<const DepthRays::Hit> DepthRays::find(const OutlineMesh& mesh, const R
   const Rigidd T = camera.T_cam_world * T_world_model;
   for (const Vec3d& vertex_m : mesh.vertices_m) {
     const Vec3d p = camera_m_.emplace_back(T * vertex_m);
-    if (!(p.z > kLeast_m)) return hits_;
+    if (!(p.z > kNearestDepth_m)) return hits_;
     const Vec2d at = px_.emplace_back(Vec2d{(camera.fx_px * p.x + camera.skew_px * p.y) / p.z + camera.cx_px,
                                             camera.fy_px * p.y / p.z + camera.cy_px});
     low = {std::min(low.x, at.x), std::min(low.y, at.y)};

@@ -5,7 +5,7 @@
 namespace tactus {
 namespace {
 
-constexpr double kMemory = 0.6;  // of surprises, from frame to frame
+constexpr double kSurpriseMemory = 0.6;  // of surprises, from frame to frame
 
 }  // namespace
 
@@ -126,10 +126,11 @@ void PoseFilter::detect_manoeuvre(const SmallMatrix<6, 1>& change, const DenseMa
     for (int k = 0; k < 6; ++k) expected(i, k) = less(6 + i, 6 + k);
     expected(i, i) *= 1 + 1e-9;
     double& s = surprise_[static_cast<std::size_t>(i)];
-    s = kMemory * s + (1 - kMemory) * change(i, 0);
+    s = kSurpriseMemory * s + (1 - kSurpriseMemory) * change(i, 0);
     mean(i, 0) = s;
   }
-  const double share = (1 - kMemory) / (1 + kMemory);  // of the variance of a mean of white ones
+  const double share =
+      (1 - kSurpriseMemory) / (1 + kSurpriseMemory);  // of the variance of a mean of white ones
   const double size = (transpose(mean) * (inverse_of_definite(expected) * mean))(0, 0) / (6 * share);
   manoeuvre_gain_ = std::clamp(size * size / 4, 1.0, 1000.0);
 }

@@ -14,7 +14,7 @@ constexpr double kStep_px = 0.75;         // of the sums along normals
 constexpr double kLeastWhite_px2 = 0.02;  // variance of a residual
 constexpr double kLeastContour_px = 0.05;
 constexpr double kFarWhite_px2 = 0.5;                   // while the pose is off: far residuals are no field
-constexpr double kMemory = 0.9;                         // of the noise's size, from frame to frame
+constexpr double kNoiseMemory = 0.9;                    // of the noise's size, from frame to frame
 constexpr double kLeastOff_px = 0.3, kFarOff_px = 1.5;  // of residuals that are believed, near and at first
 constexpr double kMostPointOff_px = 6;                  // of a marker's corner: more is another's
 /// Squares of steps, in standard deviations of all unknowns together (22 of eight cameras). The error left
@@ -318,7 +318,7 @@ void PoseFitter::measure_noise() {
   const double contour_px2 = std::max(sum.products / sum.product_gains, 0.0) / lost;
   const double white_px2 =
       std::max((sum.squares - contour_px2 * lost * sum.square_gains) / sum.shares, kLeastWhite_px2);
-  const double memory = std::min(kMemory, noise_frames_ / (noise_frames_ + 1.0));
+  const double memory = std::min(kNoiseMemory, noise_frames_ / (noise_frames_ + 1.0));
   const auto mean = [&](double before, double now) { return memory * before + (1 - memory) * now; };
   noise_.contour_px = std::sqrt(std::max(mean(noise_.contour_px * noise_.contour_px, contour_px2),
                                          kLeastContour_px * kLeastContour_px));

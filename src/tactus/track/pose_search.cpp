@@ -12,7 +12,7 @@ constexpr double kCoarseSpacing_px = 2, kSeedSearch_px = 8;
 constexpr int kCoarseSteps = 8;
 /// Times PoseFit::wrong of the best coarse pose: worse poses go. A fine fit lowers that of some by a fifth,
 /// and keeps poses that are 1.6 times worse than the best.
-constexpr double kFarWorse = 2;
+constexpr double kFarWorseTry = 2;
 
 PoseFitSettings coarse(PoseFitSettings settings) {
   settings.spacing_px = kCoarseSpacing_px;
@@ -79,7 +79,7 @@ std::vector<Rigidd> PoseSearch::find(std::span<const BitMask> masks, std::span<c
   fit(masks, points, tries, 0);
   sort(tries);
   // Fits that went astray say nothing of poses near them.
-  const double most_wrong = kFarWorse * tries.front().wrong;
+  const double most_wrong = kFarWorseTry * tries.front().wrong;
   std::erase_if(tries, [&](const Try& t) { return t.wrong > most_wrong; });
   const std::size_t seeded = tries.size();
   for (const Rigidd& pose : turned_over(*mesh_, tries.front().T_world_model)) {
@@ -93,7 +93,7 @@ std::vector<Rigidd> PoseSearch::find(std::span<const BitMask> masks, std::span<c
   for (const Try& one : tries) {
     const bool is_new = std::all_of(found.begin(), found.end(),
                                     [&](const Rigidd& f) { return is_other(one.T_world_model, f); });
-    if (is_new && found.size() < kMostFound && one.wrong <= kFarWorse * tries.front().wrong)
+    if (is_new && found.size() < kMostFound && one.wrong <= kFarWorseTry * tries.front().wrong)
       found.push_back(one.T_world_model);
   }
   return found;

@@ -8,7 +8,7 @@
 namespace tactus {
 namespace {
 
-constexpr double kMemory = 0.9;          // from frame to frame
+constexpr double kEvidenceMemory = 0.9;  // from frame to frame
 constexpr std::size_t kLeastPoints = 3;  // of a view, at a place
 constexpr double kLeastViews = 2.5;      // at a place: fewer tell no mean from noise
 constexpr double kNearEnd = 0.15;  // of the length: an edge that comes so near to an end has its tip there
@@ -48,8 +48,8 @@ std::size_t ShapeEvidence::place_of(const Vec3d& at_m, const Vec3d& out) const {
 void ShapeEvidence::begin_frame() {
   ++frames_;
   for (Place& p : places_) {
-    for (double* sum : {&p.covered, &p.gone, &p.gone_px, &p.seen}) *sum *= kMemory;
-    for (Place::View& view : p.views) view = {kMemory * view.weight, kMemory * view.sum_px};
+    for (double* sum : {&p.covered, &p.gone, &p.gone_px, &p.seen}) *sum *= kEvidenceMemory;
+    for (Place::View& view : p.views) view = {kEvidenceMemory * view.weight, kEvidenceMemory * view.sum_px};
   }
 }
 

@@ -6,14 +6,15 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/vec.h"
+#include "tactus/cli/output/sheet_colors.h"
 #include "tactus/view/image_files.h"
 
 namespace tactus {
 namespace {
 
-constexpr Index kWidth_px = 1200, kHeight_px = 800;
+constexpr Index kChartWidth_px = 1200, kChartHeight_px = 800;
 constexpr Index kLeft_px = 110, kRight_px = 70, kTop_px = 90, kBottom_px = 90;
-constexpr Rgb8 kInk{40, 44, 52}, kFaint{96, 102, 112}, kGrid{222, 224, 227};
+constexpr Rgb8 kGrid{222, 224, 227};
 
 void blend(ColorImage& image, Index x, Index y, Rgb8 color, float share) {
   if (x < 0 || y < 0 || x >= image.width_px || y >= image.height_px) return;
@@ -42,13 +43,13 @@ void draw_segment(ColorImage& image, Vec2d a, Vec2d b, double width_px, Rgb8 col
 }
 
 /// Bounds of an axis: whole powers of ten that enclose the values.
-struct Axis {
+struct ChartAxis {
   double low, high;  ///< log10
   double at(double value) const { return (std::log10(value) - low) / (high - low); }
 };
 
 template <class Get>
-Axis axis_of(const Chart& chart, Get get) {
+ChartAxis axis_of(const Chart& chart, Get get) {
   double least = 1e300, most = 0;
   for (const ChartSeries& s : chart.series) {
     for (const auto& p : s.points) {
@@ -72,16 +73,16 @@ std::string power_text(double log10_value) {
 }  // namespace
 
 ColorImage draw_chart(const Chart& chart) {
-  const Axis x_axis = axis_of(chart, [](const auto&p) { return p.first; }),
-             y_axis = axis_of(chart, [](const auto&p) { return p.second; });
-  const double wide = kWidth_px - kLeft_px - kRight_px, tall = kHeight_px - kTop_px - kBottom_px;
+  const ChartAxis x_axis = axis_of(chart, [](const auto&p) { return p.first; }),
+                  y_axis = axis_of(chart, [](const auto&p) { return p.second; });
+  const double wide = kChartWidth_px - kLeft_px - kRight_px, tall = kChartHeight_px - kTop_px - kBottom_px;
   const auto place = [&](double x, double y) {
-    return Vec2d{kLeft_px + wide * x_axis.at(x), kHeight_px - kBottom_px - tall * y_axis.at(y)};
+    return Vec2d{kLeft_px + wide * x_axis.at(x), kChartHeight_px - kBottom_px - tall * y_axis.at(y)};
   };
-  ColorImage image(kWidth_px, kHeight_px);
+  ColorImage image(kChartWidth_px, kChartHeight_px);
   std::fill(image.pixels.begin(), image.pixels.end(), Rgb8{250, 250, 248});
   for (const bool is_x : {true, false}) {
-    const Axis& axis = is_x ? x_axis : y_axis;
+    const ChartAxis& axis = is_x ? x_axis : y_axis;
     for (double power = axis.low; power <= axis.high + 1e-9; ++power) {
       const double value = std::pow(10.0, power);
       const Vec2d from = is_x ? place(value, std::pow(10.0, y_axis.low))
@@ -97,7 +98,8 @@ ColorImage draw_chart(const Chart& chart) {
   }
   draw_text(image, chart.title, kLeft_px, 38, 24, kInk);
   draw_text(image, chart.remark, kLeft_px, 66, 14, kFaint);
-  draw_text(image, chart.x_name, kLeft_px + static_cast<Index>(wide) / 2 - 60, kHeight_px - 24, 16, kFaint);
+  draw_text(image, chart.x_name, kLeft_px + static_cast<Index>(wide) / 2 - 60, kChartHeight_px - 24, 16,
+            kFaint);
   draw_text(image, chart.y_name, 20, kTop_px - 12 < 80 ? kTop_px - 2 : kTop_px - 12, 16, kFaint);
   Index legend_y = kTop_px + 34;
   for (const ChartSeries& s : chart.series) {

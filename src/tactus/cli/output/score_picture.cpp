@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "tactus/base/safe_file.h"
+#include "tactus/cli/output/sheet_colors.h"
 #include "tactus/geom/mesh/mesh_creases.h"
 #include "tactus/view/image_files.h"
 #include "tactus/view/renderer.h"
@@ -14,8 +15,6 @@ namespace tactus {
 namespace {
 
 constexpr Index kHeight_px = 900, kScene_px = 1080, kTable_px = 520, kMargin_px = 28;
-constexpr Vec3f kPaper{0.98F, 0.98F, 0.973F};  // of contact sheets
-constexpr Rgb8 kInk{40, 44, 52}, kFaint{96, 102, 112};
 constexpr std::size_t kColumns = 3;  // strokes in the table
 
 using Strokes = std::vector<StrokeResult>;

@@ -5,6 +5,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/cli/output/sheet_colors.h"
 #include "tactus/geom/maths/symmetric_eigen.h"
 #include "tactus/reconstruct/texture/photo_atlas.h"
 #include "tactus/reconstruct/texture/seam_levelling.h"
@@ -14,7 +15,6 @@ namespace tactus {
 namespace {
 
 constexpr Index kCell_px = 250;
-constexpr Vec3f kPaper{0.98F, 0.98F, 0.973F};  // of contact sheets
 
 /// Turns the world so that up is up: data sets have their own. Rigs are rings, so up is the ring's axis,
 /// where there is one; its sign is that of the cameras' mean up direction or, when the photos lie on their

@@ -35,14 +35,12 @@ struct HandPosture {
   Rigidf T_world_palm;
 };
 
-Mat3f turn(Vec3f axis, float angle_rad) { return rotation_matrix(axis_angle(axis, angle_rad)); }
-
 /// Poses of the three bones of a chain; y runs along a bone, bending turns y towards z.
 void pose_chain(const Rigidf& T_world_first, const std::array<float, 3>& length_m,
                 const std::array<float, 3>& bend_rad, Rigidf* T_world_bone) {
   Rigidf joint = T_world_first;
   for (std::size_t i = 0; i < 3; ++i) {
-    joint = joint * Rigidf{turn({1, 0, 0}, bend_rad[i]), {}};
+    joint = joint * Rigidf{rotation_matrix(axis_angle(Vec3f{1, 0, 0}, bend_rad[i])), {}};
     T_world_bone[i] = joint;
     joint = joint * Rigidf{Mat3f::identity(), {0, length_m[i], 0}};
   }

@@ -10,15 +10,15 @@ namespace {
 using Fields = std::map<std::string, std::string>;
 
 constexpr std::size_t kHeaderBytes = 256;  // headers are padded to a multiple of this
-constexpr std::size_t kMaxHeaderBytes = 64 * kHeaderBytes;
+constexpr std::size_t kMaxInrHeaderBytes = 64 * kHeaderBytes;
 
-Fields read_header(LabelBytes& file, const std::string& path) {
+Fields read_inr_header(LabelBytes& file, const std::string& path) {
   std::string header;
   while (header.find("##}") == std::string::npos) {
     char block[kHeaderBytes];
     const bool full = file.read(block, sizeof block) == sizeof block;
     header.append(block, full ? sizeof block : 0);
-    if (!full || header.size() > kMaxHeaderBytes) throw Error(path + ": the header has no end ('##}')");
+    if (!full || header.size() > kMaxInrHeaderBytes) throw Error(path + ": the header has no end ('##}')");
   }
   Fields fields;
   std::size_t begin = header.find('\n');
@@ -56,7 +56,7 @@ void expect_field(const Fields& fields, const std::string& key, const std::strin
 
 LabelVolume read_inr(const std::string& path) {
   LabelBytes file(path);
-  const Fields fields = read_header(file, path);
+  const Fields fields = read_inr_header(file, path);
   expect_field(fields, "VDIM", "1", path);
   expect_field(fields, "TYPE", "unsigned fixed", path);
   expect_field(fields, "PIXSIZE", "8 bits", path);

@@ -7,7 +7,7 @@ namespace tactus {
 namespace {
 
 /// The last field says where the voxels are.
-HeaderFields read_header(LabelBytes& file, const std::string& path) {
+HeaderFields read_meta_header(LabelBytes& file, const std::string& path) {
   HeaderFields fields;
   std::string line;
   while (file.line(line)) {
@@ -83,7 +83,7 @@ void check_kind(const std::string& path, const HeaderFields& fields) {
 
 LabelVolume read_meta_image(const std::string& path) {
   LabelBytes header(path);
-  const HeaderFields fields = read_header(header, path);
+  const HeaderFields fields = read_meta_header(header, path);
   check_kind(path, fields);
   VoxelLayout layout;
   read_sizes(path, "DimSize", field(fields, {"DimSize"}), layout);

@@ -16,7 +16,7 @@ std::string lower(std::string s) {
 }
 
 /// Fields up to the empty line; in a detached header up to its end.
-HeaderFields read_header(LabelBytes& file, const std::string& path) {
+HeaderFields read_nrrd_header(LabelBytes& file, const std::string& path) {
   HeaderFields fields;
   std::string line;
   file.line(line);  // the magic
@@ -123,7 +123,7 @@ void place(const std::string& path, const HeaderFields& fields, VoxelLayout& lay
 
 LabelVolume read_nrrd(const std::string& path) {
   LabelBytes header(path);
-  const HeaderFields fields = read_header(header, path);
+  const HeaderFields fields = read_nrrd_header(header, path);
   const std::string dimension = field(fields, "dimension");
   if (dimension != "3")
     refuse_field(path, "dimension", dimension,

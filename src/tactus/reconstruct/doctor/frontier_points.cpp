@@ -69,13 +69,13 @@ struct Corner {
   Vec2d px;
   bool is_known = false;  ///< not at the border of the picture, nor at a thin tip
 };
-struct View {
+struct FrontierView {
   Camera camera;
   std::vector<Corner> hull;
 };
 
-View view_of(const SeenView& seen) {
-  View view{seen.camera, {}};
+FrontierView view_of(const SeenView& seen) {
+  FrontierView view{seen.camera, {}};
   const BitMask& mask = *seen.mask;
   for (const Vec2d p : convex_hull(mask)) {
     const auto x = static_cast<Index>(p.x), y = static_cast<Index>(p.y);
@@ -92,7 +92,7 @@ struct Touch {
 };
 
 /// The two touching planes of a view; none when the other camera lies within the silhouette's cone.
-bool touching_planes(const View& view, Vec3d along, Vec3d u, Vec3d v, Touch (&touch)[2]) {
+bool touching_planes(const FrontierView& view, Vec3d along, Vec3d u, Vec3d v, Touch (&touch)[2]) {
   const Camera& c = view.camera;
   const Corner* at[2] = {};
   double reference = 0, sines[2] = {};
@@ -119,7 +119,7 @@ bool touching_planes(const View& view, Vec3d along, Vec3d u, Vec3d v, Touch (&to
 }
 
 /// Distances between the touching planes of all pairs of views [px], squared; of one view's pairs, if asked.
-std::vector<double> squares_of(std::span<const View> views, int only = -1) {
+std::vector<double> squares_of(std::span<const FrontierView> views, int only = -1) {
   std::vector<double> squares;
   for (std::size_t a = 0; a < views.size(); ++a) {
     for (std::size_t b = a + 1; b < views.size(); ++b) {
@@ -158,8 +158,8 @@ void scale(Camera& camera, double factor) {
   camera.skew_px *= factor;
 }
 
-std::vector<View> scaled(std::span<const View> given, int view, double factor) {
-  std::vector<View> views(given.begin(), given.end());
+std::vector<FrontierView> scaled(std::span<const FrontierView> given, int view, double factor) {
+  std::vector<FrontierView> views(given.begin(), given.end());
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (view < 0 || static_cast<int>(v) == view) scale(views[v].camera, factor);
   }
@@ -168,10 +168,10 @@ std::vector<View> scaled(std::span<const View> given, int view, double factor) {
 
 /// Mean squares of distances with focal lengths that are so many times as long: of one view's pairs, if one
 /// is meant; and of all pairs.
-double cost(std::span<const View> given, int view, double factor) {
+double cost(std::span<const FrontierView> given, int view, double factor) {
   return mean_square(squares_of(scaled(given, view, factor), view));
 }
-double cost_of_all(std::span<const View> given, int view, double factor) {
+double cost_of_all(std::span<const FrontierView> given, int view, double factor) {
   return mean_square(squares_of(scaled(given, view, factor)));
 }
 
@@ -179,7 +179,7 @@ double cost_of_all(std::span<const View> given, int view, double factor) {
 constexpr double kKnownSpread = 1000;
 
 /// The factor of the least cost, and how well it is known: by the curvature of a sum of squares.
-std::optional<FocalFit> fit(std::span<const View> views, int view) {
+std::optional<FocalFit> fit(std::span<const FrontierView> views, int view) {
   const std::size_t count = squares_of(views, view).size();
   if (count < 6) return {};
   std::vector<double> costs;
@@ -241,7 +241,7 @@ std::string FocalFit::text(std::span<const Camera> cameras) const {
 }
 
 std::optional<FocalFit> better_focal_lengths(std::span<const SeenView> seen) {
-  std::vector<View> views;
+  std::vector<FrontierView> views;
   for (const SeenView& s : seen) {
     if (!s.has_mask() || s.mask->area_px() == 0) return {};
     views.push_back(view_of(s));

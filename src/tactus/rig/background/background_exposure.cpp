@@ -21,7 +21,7 @@ constexpr double kTukey = 4.685, kOfNormal = 1.4826;
 /// A room of one brightness does not tell gain and offset apart: the offset then stays near 0.
 constexpr double kRidge = 2e-3;
 /// Part of the pixels that must agree.
-constexpr double kLeastPart = 0.3;
+constexpr double kLeastAgreeing = 0.3;
 /// Largest change that is none [grey levels]: within the distance that is background anyway.
 constexpr double kNoChange = 4;
 
@@ -109,7 +109,7 @@ bool ExposureFit::fit_channel(std::size_t channel, double gain, ColorExposure& r
     if (!(determinant > 0)) return false;
     e = {(wrp * below - wr * wp) / determinant, (wrr * wp - wr * wrp) / determinant};
   }
-  if (agreeing < kLeastPart * static_cast<double>(samples_.size())) return false;
+  if (agreeing < kLeastAgreeing * static_cast<double>(samples_.size())) return false;
   if (!(e.gain >= kLeastGain && e.gain <= kMostGain && std::abs(e.offset) <= kMostOffset)) return false;
   result = e;
   return true;

@@ -20,7 +20,7 @@ constexpr float kLeastContrast = 16, kLeastStep = 8;
 constexpr float kLeastSaddle = 0.5F, kFaintSaddle = 0.2F;
 constexpr int kBorder_px = 5;
 /// Share of the corners from which the others are looked for.
-constexpr double kLeastPart = 2.0 / 3;
+constexpr double kLeastGridPart = 2.0 / 3;
 
 float wrapped(float angle) { return std::remainder(angle, 2 * kHalfTurn); }
 
@@ -350,7 +350,7 @@ std::vector<cv::Point2f> find_in(const cv::Mat& grey, cv::Size size) {
   if (std::min(grey.cols, grey.rows) <= 4 * kBorder_px) return {};
   const Saddles s(grey);
   std::vector<Crossing> all = find_crossings(s);
-  const double least = kLeastPart * size.area();
+  const double least = kLeastGridPart * size.area();
   if (static_cast<double>(all.size()) < least) return {};
   join(s, all);
   std::vector<bool> is_taken(all.size());

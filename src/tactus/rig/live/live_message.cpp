@@ -7,14 +7,14 @@ namespace {
 
 constexpr std::uint32_t kMagic = 0x4d544354;  // "TCTM"
 constexpr std::size_t kBytes = 56, kNameBytes = 32;
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kMessageVersion = 1;
 
 }  // namespace
 
 std::string live_message_bytes(const LiveMessage& message) {
   std::string bytes;
   put_bytes(bytes, kMagic);
-  put_bytes(bytes, kVersion);
+  put_bytes(bytes, kMessageVersion);
   put_bytes(bytes, message.kind);
   put_bytes(bytes, message.detail);
   put_bytes(bytes, message.number);
@@ -32,7 +32,7 @@ std::optional<LiveMessage> parse_live_message(std::string_view bytes) {
   message.detail = in.take<std::uint32_t>();
   message.number = in.take<std::uint64_t>();
   const std::string_view name = in.take(kNameBytes);
-  if (in.failed() || in.left() > 0 || magic != kMagic || version != kVersion) return {};
+  if (in.failed() || in.left() > 0 || magic != kMagic || version != kMessageVersion) return {};
   if (kind < LiveMessage::kHello || kind > LiveMessage::kTrigger) return {};
   message.camera = name.substr(0, std::min(name.find('\0'), kNameBytes));
   return message;

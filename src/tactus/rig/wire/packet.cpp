@@ -6,7 +6,7 @@ namespace tactus {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x50544354;  // "TCTP"
-constexpr std::uint16_t kVersion = 1;
+constexpr std::uint16_t kPacketVersion = 1;
 constexpr Index kWidest_px = 32768;
 
 void put_name(const std::string& name, std::string& to) {
@@ -77,7 +77,7 @@ Refusal parse_packet_head(std::string_view packet, PacketHead& head) {
   const auto version = in.take<std::uint16_t>(), head_bytes = in.take<std::uint16_t>();
   if (packet.size() >= sizeof magic && magic != kMagic) return Refusal::not_a_packet;
   if (packet.size() < PacketHead::kBytes) return Refusal::too_short;
-  if (version != kVersion || head_bytes != PacketHead::kBytes) return Refusal::version;
+  if (version != kPacketVersion || head_bytes != PacketHead::kBytes) return Refusal::version;
   head.contents = in.take<std::uint8_t>();
   head.copies = in.take<std::uint8_t>();
   in.take(2);
@@ -120,7 +120,7 @@ void PacketCoder::pack(PacketHead& head, const CameraImages& images, std::string
   head.photo_box = has_photo ? images.photo_box : PixelBox{};
   to.clear();
   put_bytes(to, kMagic);
-  put_bytes(to, kVersion);
+  put_bytes(to, kPacketVersion);
   put_bytes(to, static_cast<std::uint16_t>(PacketHead::kBytes));
   put_bytes(to, head.contents);
   put_bytes(to, head.copies);

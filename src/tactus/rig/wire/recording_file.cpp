@@ -16,7 +16,7 @@
 namespace tactus {
 namespace {
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kRecordingVersion = 1;
 constexpr std::uint32_t kChunkMagic = 0x4b484354;  // "TCHK"
 /// Head of a chunk: magic, kind, bytes of the payload, its hash, hash of these 24 bytes.
 constexpr std::size_t kHeadBytes = 32, kHashedHeadBytes = 24;
@@ -110,7 +110,7 @@ std::string recording_chunk(RecordingChunk kind, std::string_view payload) {
 
 std::string recording_start() {
   std::string start(kRecordingMagic);
-  put_bytes(start, kVersion);
+  put_bytes(start, kRecordingVersion);
   return start;
 }
 
@@ -207,12 +207,12 @@ RecordingReader::RecordingReader(const std::string& path) : path_(path) {
   struct stat status {};
   if (::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) fail("not a regular file");
   file_bytes_ = static_cast<std::uint64_t>(status.st_size);
-  const std::size_t start_bytes = kRecordingMagic.size() + sizeof kVersion;
+  const std::size_t start_bytes = kRecordingMagic.size() + sizeof kRecordingVersion;
   if (!read_at(0, start_bytes, head_) || !head_.starts_with(kRecordingMagic))
     fail("it is none; 'tactus run SCENE --record FILE' makes them");
   ByteReader start(std::string_view(head_).substr(kRecordingMagic.size()));
-  if (const auto version = start.take<std::uint32_t>(); version != kVersion)
-    fail("it is of version " + std::to_string(version) + ", expected " + std::to_string(kVersion));
+  if (const auto version = start.take<std::uint32_t>(); version != kRecordingVersion)
+    fail("it is of version " + std::to_string(version) + ", expected " + std::to_string(kRecordingVersion));
   RecordingChunk kind = RecordingChunk::end;
   if (!read_payload(start_bytes, kind) || kind != RecordingChunk::rig)
     fail("it was cut off before its cameras, or changed");
@@ -279,7 +279,7 @@ void RecordingReader::note_damage(const std::string& what) {
 
 /// Heads alone: an hour of eight cameras is 108,000 of them.
 void RecordingReader::find_chunks() {
-  std::uint64_t at = kRecordingMagic.size() + sizeof kVersion;
+  std::uint64_t at = kRecordingMagic.size() + sizeof kRecordingVersion;
   bool closed = false;
   for (std::int64_t chunk = 0; !closed && at < file_bytes_; ++chunk) {
     std::optional<ChunkHead> head;

@@ -1,0 +1,11 @@
+#pragma once
+#include "tactus/base/vec.h"
+#include "tactus/geom/image/image.h"
+
+namespace tactus {
+
+/// Sheets and charts have those of contact sheets.
+inline constexpr Vec3f kPaper{0.98F, 0.98F, 0.973F};
+inline constexpr Rgb8 kInk{40, 44, 52}, kFaint{96, 102, 112};
+
+}  // namespace tactus
