@@ -8,6 +8,9 @@
 
 #include "tactus/base/timing.h"
 #include "tactus/geom/mesh/box_surface.h"
+#include "tactus/geom/mesh/hook_surface.h"
+#include "tactus/geom/mesh/mesh_defects.h"
+#include "tactus/io/built_in_meshes.h"
 #include "tactus/window/live_run.h"
 
 namespace tactus {
@@ -56,6 +59,8 @@ Scene box_scene() {
 
 class MouseInTheRun : public ::testing::Test {
  protected:
+  explicit MouseInTheRun(Scene scene = box_scene(), std::vector<std::string> tools = {"ball", "scalpel"})
+      : run_(std::move(scene), {.devices = "cpu", .tools = std::move(tools)}) {}
   void SetUp() override {
     run_.control().set_paused(true);
     run_.start({});
@@ -103,7 +108,7 @@ class MouseInTheRun : public ::testing::Test {
     return sum / static_cast<float>(frame_->snapshot->bodies[0].positions_m.size());
   }
 
-  LiveRun run_{box_scene(), {.devices = "cpu", .tools = {"ball", "scalpel"}}};
+  LiveRun run_;
   MouseTools mouse_{run_.scene(), run_.tools(), run_.control()};
   ViewCamera camera_ = front_view();
   std::shared_ptr<const ViewedFrame> frame_;
@@ -166,6 +171,92 @@ TEST_F(MouseInTheRun, PressesWithTheBallThatIsInTheHand) {
   drag(Drag::tool, *above, *in, 10);
   EXPECT_NEAR(frame_->tools.at(0).T_world.t.y, 0.1, 0.002);
   EXPECT_GT(frame_->tools.at(0).force_N, 0.01);
+}
+
+/// A rod of radius r: a shaft of 3.5 bends, a half circle, a tip of 0.4 bends, and a half ball at each end
+/// (the volume of a bent rod is that of a straight one, by Pappus). A regular polygon of 12 corners has
+/// sin(pi / 6) / (pi / 6) = 0.955 of its circle's area; 16 chords of the bend and three circles of an end
+/// take less than 1 % more.
+TEST(Hook, IsAClosedRodThatDoesNotCrossItself) {
+  const TriangleMesh hook = hook_surface(0.03F, 0.009F);
+  EXPECT_NO_THROW(check_closed(hook, "hook"));
+  EXPECT_EQ(topology(hook).components, 1);
+  EXPECT_EQ(find_self_crossings(hook).pairs, 0);
+  const double r = 0.009, rod = M_PI * r * r * 0.03 * (3.5 + M_PI + 0.4), ends = 4 * M_PI / 3 * r * r * r;
+  EXPECT_NEAR(volume_m3(hook) / (rod + ends), 0.95, 0.01);
+  TriangleMesh again = hook;
+  compute_normals(again);
+  // Facets of a circle turn by 30 degrees, those of an end by 22.5.
+  for (std::size_t v = 0; v < hook.normals.size(); ++v)
+    EXPECT_GT(dot(hook.normals[v], again.normals[v]), std::cos(0.35F)) << v;
+}
+
+/// A soft beam along z, 3 cm wide and 2 cm high, that is held at both ends; nothing falls.
+Scene beam_scene() {
+  Scene scene = box_scene();
+  scene.obstacles.clear();
+  scene.blades.clear();
+  BodyDescription& beam = scene.bodies[0];
+  beam.cuttable = false;
+  beam.shape.size_m = {0.03, 0.02, 0.2};
+  beam.spacing_m = 0.01;
+  beam.material.young_modulus_pa = 2000;  // fewer substeps
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double side = i == 0 ? -1 : 1;
+    beam.fixed[i].where.point_m = {0, 0, side * 0.09};
+    beam.fixed[i].where.normal = {0, 0, -side};
+  }
+  ObstacleSetting& hook = scene.obstacles.emplace_back();
+  hook.name = "hook";
+  hook.kind = ObstacleShape::mesh;
+  hook.path = kHookPath;
+  hook.unit_m = 0.03;
+  hook.held = true;
+  hook.placement.position_m = {0.1, 0.05, 0};
+  return scene;
+}
+
+class HookInTheRun : public MouseInTheRun {
+ protected:
+  HookInTheRun() : MouseInTheRun(beam_scene(), {"hook"}) {}
+  PicturePoint at(float x_m, float y_m) const { return *project(camera_, {x_m, y_m, 0}, kSize); }
+  /// Of the beam's lower side, above the hook.
+  float lowest_m() const {
+    float lowest = 1;
+    for (const Vec3f p : frame_->snapshot->bodies[0].positions_m)
+      if (std::abs(p.z) < 0.008F) lowest = std::min(lowest, p.y);
+    return lowest;
+  }
+};
+
+/// Down beside the beam, below it, and up. The bend's inner side is 2.1 cm below its middle, so the beam lies
+/// 6.9 cm high at the end, 2.9 cm higher than before. Its points are 5 mm apart, and between two of them it
+/// sags around the rod of 9 mm by at most 9 mm - sqrt(9^2 - 2.5^2) mm = 0.35 mm; 2 mm are allowed.
+TEST_F(HookInTheRun, LiftsTissueThatItsBendIsUnder) {
+  EXPECT_NEAR(lowest_m(), 0.04F, 1e-4F);
+  drag(Drag::tool, at(0.1F, 0.05F), at(0.1F, 0), 30);
+  EXPECT_NEAR(frame_->tools.at(0).T_world.t.y, 0, 1e-6);
+  EXPECT_LT(frame_->tools.at(0).T_world.R.row[0].x, 1.0001) << "the tip points to the beam";
+  EXPECT_GT(frame_->tools.at(0).T_world.R.row[0].x, 0.9999);
+  drag(Drag::tool, at(0.1F, 0), at(0, 0), 30);
+  EXPECT_NEAR(lowest_m(), 0.04F, 1e-3F) << "it went below";
+  drag(Drag::tool, at(0, 0), at(0, 0.09F), 50);
+  EXPECT_NEAR(lowest_m(), 0.069F, 0.002F);
+  EXPECT_GT(frame_->tools.at(0).force_N, 0.01);
+  drag(Drag::tool, at(0, 0.09F), at(0, -0.02F), 50);
+  EXPECT_LT(lowest_m(), 0.05F) << "and lets the beam down again, which then swings about 4 cm";
+}
+
+/// From the other side its tip points the other way; while it touches something, it stays as it is.
+TEST_F(HookInTheRun, TurnsItsTipToTheBodies) {
+  drag(Drag::tool, at(0.1F, -0.15F), at(-0.1F, -0.15F), 50);
+  drag(Drag::tool, at(-0.1F, -0.15F), at(-0.1F, 0.02F), 40);
+  EXPECT_NEAR(frame_->tools.at(0).T_world.R.row[0].x, -1, 1e-4);
+  drag(Drag::tool, at(-0.1F, 0.02F), at(-0.03F, 0.05F), 30);
+  ASSERT_GT(frame_->tools.at(0).force_N, 0);
+  camera_.azimuth_rad = 0.5F;
+  drag(Drag::tool, kMiddle, kMiddle, 1);
+  EXPECT_NEAR(frame_->tools.at(0).T_world.R.row[0].x, -1, 1e-4);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Uses `tactus view` as a person does, under Xvfb: step, pause, orbit, tool, panels, resize, restart, close.
+"""Uses `tactus view` as a person does, under Xvfb: step, pause, orbit, tools, panels, resize, restart, close.
 
 The window's title tells state and frame, so it can be waited for. Exits with 77 where Xvfb, xdotool or ImageMagick is absent, or
 the program has no windows.
@@ -265,9 +265,35 @@ def cut_and_pull(program: str, folder: pathlib.Path) -> None:
     check(window.process.wait(timeout=10) == 0, "t takes the next tool")
 
 
+def hook(program: str, folder: pathlib.Path) -> None:
+    """Before the box and down, away from the eye, so that it is below the box, and up. The bars have a budget of 0.1 ms, which no frame
+    keeps."""
+    window = Window(program, folder, "--tool", "hook", "--budget", "0.1ms", "--no-panels")
+    window.wait_for(r"frame [1-9]\d", "frames")
+    window.key("c")  # no arrows
+    window.x("keydown", "shift")
+    window.drag((600, 300), (600, 590), held_s=3)
+    for _ in range(10):
+        window.x("click", "4", "sleep", "0.2")
+    time.sleep(2)
+    under = window.shot("hook under")
+    window.drag((600, 590), (600, 250), held_s=4, name="hook lifts")
+    window.x("keyup", "shift")
+    edges = [folder / "edge before.png", folder / "edge after.png"]  # the box's lower one, beside the hook
+    for path, picture in zip(edges, (under, folder / "hook lifts.png")):
+        subprocess.run(["convert", picture, "-crop", "250x200+150+400", "+repage", path], check=True)
+    check(psnr_dB(*edges) < 40, f"shift + drag lifts the box with the hook: {psnr_dB(*edges):.1f} dB")
+    window.key("Tab")
+    window.key("space")
+    window.wait_for("paused", "a pause")
+    window.grab("over the budget")
+    window.key("q")
+    check(window.process.wait(timeout=10) == 0, "a budget has its marks")
+
+
 def main() -> None:
     program = str(pathlib.Path(sys.argv[1]).resolve())
-    for tool in ("Xvfb", "xdotool", "import", "compare"):
+    for tool in ("Xvfb", "xdotool", "import", "compare", "convert"):
         if shutil.which(tool) is None:
             skip(f"there is no {tool}")
     told = subprocess.run([program, "info"], capture_output=True, text=True).stdout
@@ -282,6 +308,7 @@ def main() -> None:
         for words, code, text in (
             (["nowhere.yaml"], 1, "'nowhere.yaml': no such file"),
             (["small.yaml", "--size", "10x10"], 2, "--size '10x10': expected pixels as 1280x720"),
+            (["small.yaml", "--budget", "11"], 2, "--budget '11': expected the time of a frame with its unit"),
             (["small.yaml", "--tool", "bal"], 2, "--tool 'bal': the scene has nothing of this name with 'held: true'; did you mean 'ball'?"),
         ):
             ran = subprocess.run([program, "view", *words], cwd=folder, env=environment, capture_output=True, text=True)
@@ -292,6 +319,7 @@ def main() -> None:
         with Display():
             use(program, folder)
             cut_and_pull(program, folder)
+            hook(program, folder)
 
 
 main()

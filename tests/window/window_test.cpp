@@ -86,6 +86,37 @@ TEST(PanelText, TellsPaceStagesAndCurves) {
             "tactus: demo, paused, frame 31");
 }
 
+/// A bar is a share of the budget, and words say which stages exceed it: colours alone wouldn't.
+TEST(PanelText, StagesStandAgainstTheBudget) {
+  const auto model_of = [](double budget_ms, std::vector<StageTime> stages) {
+    ViewedFrame frame = frame_at(1, 0, 0);
+    frame.stages = std::move(stages);
+    frame.budget_ms = budget_ms;
+    RunHistory history;
+    history.add(std::make_shared<ViewedFrame>(frame));
+    return panel_model("demo", history, LiveRun::State::running, false);
+  };
+  const PanelModel within = model_of(10, {{"hull", 2, 4}, {"frame", 5, 8}});
+  EXPECT_EQ(within.budget, "budget of a frame: 10.0 ms");
+  EXPECT_FLOAT_EQ(within.budget_at, 1);
+  EXPECT_EQ(within.stages.at(0).text, "5.00 / 8.00");
+  EXPECT_FLOAT_EQ(within.stages.at(0).p50, 0.5F);
+  EXPECT_FLOAT_EQ(within.stages.at(1).p99, 0.4F);
+  const PanelModel over =
+      model_of(10, {{"hull", 2, 12}, {"solve", 11, 15}, {"frame", 13, 16}, {"latency", 90, 90}});
+  EXPECT_FLOAT_EQ(over.budget_at, 10 / 16.F);
+  EXPECT_EQ(over.stages.at(0).text, "over: 13.0 / 16.0");
+  EXPECT_EQ(over.stages.at(1).text, "p99 over: 2.00 / 12.0");
+  EXPECT_EQ(over.stages.at(2).text, "over: 11.0 / 15.0");
+  // One frame that took a second leaves the bars of the others their length: the mark is at half.
+  const PanelModel far = model_of(10, {{"hull", 2, 4}, {"frame", 5, 1000}});
+  EXPECT_FLOAT_EQ(far.budget_at, 0.5F);
+  EXPECT_FLOAT_EQ(far.stages.at(0).p99, 1);
+  EXPECT_FLOAT_EQ(far.stages.at(1).p50, 0.1F);
+  EXPECT_LT(model_of(0, {{"frame", 5, 8}}).budget_at, 0);
+  EXPECT_EQ(model_of(0, {{"frame", 5, 8}}).budget, "");
+}
+
 /// A run of an hour takes no more memory than one of a minute.
 TEST(PanelText, CurvesAreBounded) {
   RunHistory history;
@@ -182,6 +213,7 @@ TEST_F(Viewed, PausedShowsTheFirstFrameAndStepsOneByOne) {
     const auto frame = step();
     ASSERT_NE(frame, nullptr);
     EXPECT_EQ(frame->number, number);
+    EXPECT_DOUBLE_EQ(frame->budget_ms, 10) << "100 frames a second";
   }
 }
 

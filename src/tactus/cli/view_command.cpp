@@ -5,6 +5,7 @@
 #include "tactus/base/error.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/cli/run_flags.h"
 #include "tactus/cli/run_web.h"
 #include "tactus/cli/viewed_scene.h"
 #include "tactus/io/scene_file.h"
@@ -17,7 +18,7 @@ namespace {
 
 struct ViewFlags {
   std::string path, source_path, devices = "auto", size = "1280x720", tool = "auto";
-  std::string web;  ///< ADDR:PORT
+  std::string web, budget;  ///< ADDR:PORT; time of a frame
   std::size_t past_MB = 256;
   bool plain = false, pause = false, no_panels = false, shows_web = false;
 };
@@ -68,7 +69,8 @@ void view(const ViewFlags& flags) {
   LiveRun run(std::move(viewed.scene), {.named = flags.path,
                                         .devices = flags.devices,
                                         .tools = viewed.tools,
-                                        .past_bytes = flags.past_MB * 1'000'000});
+                                        .past_bytes = flags.past_MB * 1'000'000,
+                                        .budget_s = parse_budget_s(flags.budget)});
   run.control().set_paused(flags.pause);
   show_window(run, options);
   if (run.stop(kMostWait_s)) return;
@@ -91,8 +93,8 @@ void add_view_command(CLI::App& app) {
   command
       ->add_option("--tool", flags->tool,
                    "what the mouse holds first: NAME of an obstacle or blade with 'held: true', ball, "
-                   "scalpel, none; auto: "
-                   "the scene's first, or a ball, and a scalpel where bodies are cuttable")
+                   "hook, scalpel, none; auto: "
+                   "the scene's first, or a ball and a hook, and a scalpel where bodies are cuttable")
       ->capture_default_str();
   add_web_flag(*command, flags->shows_web, flags->web,
                "no window: browsers show it at ADDR:PORT, by default 127.0.0.1:8090, and may touch it "
@@ -102,6 +104,9 @@ void add_view_command(CLI::App& app) {
                    "most memory in MB for frames that were seen, to look at and to simulate again from")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
+  command->add_option("--budget", flags->budget,
+                      "time that a frame should take, as 11ms: a mark at the bars of stages; by default the "
+                      "time between the source's frames");
   command->add_flag("--pause", flags->pause, "begin with the first frame, paused");
   command->add_flag("--no-panels", flags->no_panels, "the picture alone; tab shows the panels");
   command->footer(

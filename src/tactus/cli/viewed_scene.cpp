@@ -6,6 +6,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/cli/run_flags.h"
+#include "tactus/io/built_in_meshes.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/rig/rig_file.h"
 #include "tactus/rig/wire/recording_file.h"
@@ -101,6 +102,21 @@ std::string add_scalpel(Scene& scene, const ToolPlace& place) {
   return blade.name;
 }
 
+/// Its rod reaches from point to point of each body: a thinner one could slip between them.
+std::string add_hook(Scene& scene, const ToolPlace& place) {
+  double bend_m = static_cast<double>(0.04F * place.size_m);
+  for (const BodyDescription& body : scene.bodies)
+    bend_m = std::max(bend_m, 0.5 * body.spacing_m / double{kHookRod});
+  ObstacleSetting& hook = scene.obstacles.emplace_back();
+  hook.name = "hook of the mouse";
+  hook.kind = ObstacleShape::mesh;
+  hook.path = kHookPath;
+  hook.unit_m = bend_m;
+  hook.held = true;
+  hook.placement.position_m = vec_cast<double>(place.at_m + Vec3f{0.3F * place.size_m, 0, 0});
+  return hook.name;
+}
+
 /// @throws usage Error where there is none.
 void make_cuttable(Scene& scene) {
   bool can_cut = false;
@@ -123,8 +139,8 @@ std::vector<std::string> choose_tools(Scene& scene, const std::string& asked) {
     std::rotate(tools.begin(), named, named + 1);
     return tools;
   }
-  if (asked != "auto" && asked != "ball" && asked != "scalpel") {
-    tools.insert(tools.end(), {"ball", "scalpel"});
+  if (asked != "auto" && asked != "ball" && asked != "hook" && asked != "scalpel") {
+    tools.insert(tools.end(), {"ball", "hook", "scalpel"});
     throw usage_error("--tool '" + asked + "': the scene has nothing of this name with 'held: true'" +
                       suggestion(asked, tools) + "; auto takes the first, or adds a ball");
   }
@@ -136,11 +152,16 @@ std::vector<std::string> choose_tools(Scene& scene, const std::string& asked) {
              has_blade = std::any_of(scene.blades.begin(), scene.blades.end(),
                                      [](const BladeDescription&b) { return b.held; });
   const ToolPlace place = tool_place(scene);
-  if (asked == "ball" || (tools.empty() && touches)) tools.insert(tools.begin(), add_ball(scene, place));
+  const bool has_none = tools.empty() && touches;
+  if (asked == "ball" || has_none) tools.insert(tools.begin(), add_ball(scene, place));
   if (asked == "scalpel")
     tools.insert(tools.begin(), add_scalpel(scene, place));
   else if (is_cuttable && !has_blade)
     tools.push_back(add_scalpel(scene, place));
+  if (asked == "hook")
+    tools.insert(tools.begin(), add_hook(scene, place));
+  else if (has_none)
+    tools.push_back(add_hook(scene, place));
   return tools;
 }
 

@@ -17,10 +17,10 @@ bool is_film(const std::string& path);
 /// Reads a scene file, or a recording or a rig file: then there are no bodies. Scenes that nothing ends go on
 /// without end.
 /// @param source_path "", or a recording or rig that replaces the scene's source
-/// @param tool "none", "auto", "ball", "scalpel" or the name of a held obstacle or blade. auto: the scene's
-/// held ones; where it has none, a ball beside its bodies; where blades may cut and none is held, a scalpel,
-/// too. ball and scalpel are added; a scalpel makes bodies of elements cuttable. @throws usage Error for
-/// another name, and for a scalpel where no body has elements
+/// @param tool "none", "auto", "ball", "hook", "scalpel" or the name of a held obstacle or blade. auto: the
+/// scene's held ones; where it has none, a ball and a hook beside its bodies; where blades may cut and none
+/// is held, a scalpel, too. ball, hook and scalpel are added; a scalpel makes bodies of elements cuttable.
+/// @throws usage Error for another name, and for a scalpel where no body has elements
 ViewedScene viewed_scene(const std::string& path, const std::string& source_path, const std::string& tool);
 
 }  // namespace tactus

@@ -54,9 +54,9 @@ void add_xr_command(CLI::App& app) {
           "where the middle of the scene's picture lies in the room [m]: right, above the floor, back")
       ->capture_default_str();
   command
-      ->add_option(
-          "--tool", flags->tool,
-          "what hands may take, as for tactus view: auto, ball, scalpel, none, or the name of a held thing")
+      ->add_option("--tool", flags->tool,
+                   "what hands may take, as for tactus view: auto, ball, hook, scalpel, none, or the name of "
+                   "a held thing")
       ->capture_default_str();
   command->footer(
       "Examples:\n  tactus xr scenes/poke.yaml\n  tactus xr scenes/poke.yaml --at 0,0.8,-0.4\n"

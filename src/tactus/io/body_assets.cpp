@@ -4,6 +4,8 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/geom/mesh/hook_surface.h"
+#include "tactus/io/built_in_meshes.h"
 #include "tactus/io/labels/label_file.h"
 #include "tactus/io/mesh/mesh_file.h"
 
@@ -45,9 +47,12 @@ BodyAssets load_body_assets(const Scene& scene) {
       assets.meshes[body.name] = placed_mesh(body.shape.path, body.shape.unit_m, "body '" + body.name + "'");
   }
   for (const ObstacleSetting& obstacle : scene.obstacles) {
-    if (obstacle.kind == ObstacleShape::mesh)
-      assets.obstacle_meshes[obstacle.name] =
-          placed_mesh(obstacle.path, obstacle.unit_m, "obstacle '" + obstacle.name + "'");
+    if (obstacle.kind != ObstacleShape::mesh) continue;
+    const auto unit_m = static_cast<float>(obstacle.unit_m);
+    assets.obstacle_meshes[obstacle.name] =
+        obstacle.path == kHookPath
+            ? hook_surface(unit_m, kHookRod * unit_m)
+            : placed_mesh(obstacle.path, obstacle.unit_m, "obstacle '" + obstacle.name + "'");
   }
   for (const BladeDescription& blade : scene.blades) {
     if (blade.tracked && blade.tracked->model == BladeShape::mesh)

@@ -134,6 +134,12 @@ void LiveRun::remember(const std::shared_ptr<const ViewedFrame>& frame, World& w
   past_.add({frame, std::move(state)});
 }
 
+double LiveRun::budget_ms(const FrameSource& source) const {
+  if (options_.budget_s > 0) return 1e3 * options_.budget_s;
+  const std::optional<double> fps = source.fps();
+  return fps && *fps > 0 ? 1e3 / *fps : 0;
+}
+
 RunProgress LiveRun::go_back(const SavedState& state, FrameSource& source, World& world) const {
   const std::optional<FrameSet> last = take_again(source, state.progress.taken, options_.named);
   StateArchive a(state.bytes, "frame " + std::to_string(state.number));
@@ -167,6 +173,7 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   ViewSink sink(scene_, world, control_, frame_, on_news_,
                 {.tools = options_.tools,
                  .wears_photographs = scene_.view.photographs > 0,
+                 .budget_ms = budget_ms(*source),
                  .frames_before = again ? again->number : 0,
                  .seen = [&](const auto& frame) { remember(frame, world, at->progress()); }});
   const auto should_stop = [&] {

@@ -26,6 +26,7 @@ class LiveRun {
     std::string devices = "auto";
     std::vector<std::string> tools;        ///< names of held obstacles and blades that the mouse may hold
     std::size_t past_bytes = 256'000'000;  ///< of frames that were seen; 0: none is kept
+    double budget_s = 0;                   ///< that a frame should take; 0: the time between the source's
   };
   LiveRun(Scene scene, Options options);
   /// Stops and waits for the frame that runs.
@@ -64,6 +65,7 @@ class LiveRun {
   /// @returns nullptr where it can't be saved.
   std::shared_ptr<const SavedState> save(World& world, const RunProgress& progress, int number);
   void remember(const std::shared_ptr<const ViewedFrame>& frame, World& world, const RunProgress& progress);
+  double budget_ms(const FrameSource& source) const;
   /// Takes from the source the frames so far again. @returns how far it has come
   RunProgress go_back(const SavedState& state, FrameSource& source, World& world) const;
   /// From start to stop or restart.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tactus/io/built_in_meshes.h"
 #include "tactus/sim/scene.h"
 
 namespace tactus {
@@ -52,6 +53,8 @@ MouseTools::MouseTools(const Scene& scene, std::span<const std::string> tools, R
     : scene_(scene), control_(control) {
   for (const std::string& name : tools) {
     Tool& tool = tools_.emplace_back(Tool{.name = name, .from_m = {}, .to_m = {}});
+    for (const ObstacleSetting& obstacle : scene.obstacles)
+      tool.is_hook |= obstacle.name == name && obstacle.path == kHookPath;
     for (const BladeDescription& blade : scene.blades) {
       if (!blade.held || blade.name != name) continue;
       tool.is_blade = true;
@@ -103,6 +106,7 @@ void MouseTools::hold_tool(const WindowInput& input, const ViewedFrame& frame, c
                                  [&](const ViewedTool& t) { return t.name == tool.name; });
   if (seen == frame.tools.end() || !(moves || input.tool_wheel != 0)) return;
   if (tool.is_blade && input.begun == Drag::tool) put_blade(input, frame, camera, size_px);
+  if (tool.is_hook && input.begun == Drag::tool) turn_hook(tool, *seen, frame, camera);
   const Rigidd T = control_.asked_pose(tool.name).value_or(seen->T_world);
   const auto from_m = vec_cast<float>(tool.is_blade ? T * tool.from_m : T.t);
   const float depth = blade_depth_m_.value_or(depth_m(camera, from_m)) * std::pow(1.02F, input.tool_wheel);
@@ -128,6 +132,21 @@ void MouseTools::put_blade(const WindowInput& input, const ViewedFrame& frame, c
   control_.put_tool(tool.name,
                     pose_of(tool, picked->at_m + static_cast<float>(kClear * edge_m) * to_eye, camera));
   blade_depth_m_ = depth_m(camera, picked->at_m - static_cast<float>(kDeep * edge_m) * to_eye);
+}
+
+/// Its plane faces the eye, its shaft points up on the picture, and its tip to the bodies' middle: so it
+/// comes from either side. One that touches something stays as it is.
+void MouseTools::turn_hook(const Tool& tool, const ViewedTool& seen, const ViewedFrame& frame,
+                           const ViewCamera& camera) {
+  if (seen.force_N > 0) return;
+  Vec3d right = vec_cast<double>(camera.T_cam_world().R.row[0]);
+  const Vec3d up = vec_cast<double>(camera.T_cam_world().R.row[1]);
+  Vec3d middle_m{};
+  for (const TriangleMesh& body : frame.snapshot->bodies)
+    middle_m +=
+        (1.0 / static_cast<double>(frame.snapshot->bodies.size())) * vec_cast<double>(bounds(body).center());
+  if (dot(middle_m - seen.T_world.t, right) > 0) right = -1 * right;
+  control_.put_tool(tool.name, {transpose(Mat3d({right, up, cross(right, up)})), seen.T_world.t});
 }
 
 void MouseTools::pull(const WindowInput& input, const ViewedFrame& frame, const ViewCamera& camera,

@@ -43,7 +43,7 @@ class MouseTools {
  private:
   struct Tool {
     std::string name;
-    bool is_blade = false;
+    bool is_blade = false, is_hook = false;
     Vec3d from_m, to_m;  ///< a blade's edge in its own coordinates: from the tip
   };
   struct Grasp {
@@ -55,6 +55,8 @@ class MouseTools {
                  PicturePoint size_px);
   void put_blade(const WindowInput& input, const ViewedFrame& frame, const ViewCamera& camera,
                  PicturePoint size_px);
+  void turn_hook(const Tool& tool, const ViewedTool& seen, const ViewedFrame& frame,
+                 const ViewCamera& camera);
   void pull(const WindowInput& input, const ViewedFrame& frame, const ViewCamera& camera,
             PicturePoint size_px);
   Rigidd pose_of(const Tool& tool, Vec3f at_m, const ViewCamera& camera) const;

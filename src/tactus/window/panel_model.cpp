@@ -11,6 +11,7 @@ constexpr std::size_t kMostStages = 14;
 /// A slider shows limits whole that are no farther from each other.
 constexpr double kNearLimits = 2;
 constexpr double kPaceOver_s = 1;
+constexpr double kMostBudgets = 2;
 
 std::string with_unit(double value, const std::string& unit) {
   return short_number(value) + (unit.empty() ? "" : " " + unit);
@@ -40,24 +41,39 @@ const char* state_word(LiveRun::State state, bool is_paused) {
   return is_paused ? "paused" : "running";
 }
 
+/// Milliseconds of the bars' whole width: the budget, so that a bar is a share of it. Where a stage takes
+/// longer, up to twice as much; a bar that is still longer is cut off.
+double whole_ms(const std::vector<StageTime>& stages, double budget_ms) {
+  double longest_ms = 1e-6;
+  for (const StageTime& s : stages)
+    if (s.name != "latency") longest_ms = std::max(longest_ms, s.p99_ms);
+  return budget_ms > 0 ? std::clamp(longest_ms, budget_ms, kMostBudgets * budget_ms) : longest_ms;
+}
+
+std::string stage_text(const StageTime& s, double budget_ms) {
+  const char* word = !(budget_ms > 0) || s.p99_ms <= budget_ms ? ""
+                     : s.p50_ms > budget_ms                    ? "over: "
+                                                               : "p99 over: ";
+  return word + short_number(s.p50_ms) + " / " + short_number(s.p99_ms);
+}
+
 /// The stages that take most, in the order of the frame.
-std::vector<PanelModel::Stage> stage_bars(std::vector<StageTime> stages) {
+std::vector<PanelModel::Stage> stage_bars(std::vector<StageTime> stages, double budget_ms) {
+  const double whole = whole_ms(stages, budget_ms);
+  const auto share = [whole](double ms) { return static_cast<float>(std::min(1.0, ms / whole)); };
   std::vector<double> p50;
   // The time from images to frame is no stage.
   std::erase_if(stages, [](const StageTime& s) { return s.name == "latency"; });
   for (const StageTime& s : stages) p50.push_back(s.p50_ms);
   std::sort(p50.begin(), p50.end(), std::greater<>());
   const double least_ms = p50.size() > kMostStages ? p50[kMostStages - 1] : 0;
-  double longest_ms = 1e-6;
-  for (const StageTime& s : stages) longest_ms = std::max(longest_ms, s.p99_ms);
   // A whole frame stands before its parts.
   std::stable_partition(stages.begin(), stages.end(), [](const StageTime& s) { return s.name == "frame"; });
   std::vector<PanelModel::Stage> bars;
   for (const StageTime& s : stages) {
     if (s.p50_ms < least_ms || bars.size() == kMostStages) continue;
-    bars.push_back({s.name, short_number(s.p50_ms) + " / " + short_number(s.p99_ms),
-                    static_cast<float>(s.p50_ms / longest_ms), static_cast<float>(s.p99_ms / longest_ms),
-                    static_cast<float>(s.p50_ms)});
+    bars.push_back(
+        {s.name, stage_text(s, budget_ms), share(s.p50_ms), share(s.p99_ms), static_cast<float>(s.p50_ms)});
   }
   return bars;
 }
@@ -228,7 +244,11 @@ PanelModel panel_model(const std::string& name, const RunHistory& history, LiveR
   if (shows("contact"))
     model.arrows =
         longest_N > 0 ? "longest arrow: " + with_unit(static_cast<double>(longest_N), "N") : "no contacts";
-  model.stages = stage_bars(frame->stages);
+  model.stages = stage_bars(frame->stages, frame->budget_ms);
+  if (frame->budget_ms > 0) {
+    model.budget = "budget of a frame: " + short_number(frame->budget_ms) + " ms";
+    model.budget_at = static_cast<float>(frame->budget_ms / whole_ms(frame->stages, frame->budget_ms));
+  }
   for (const RunHistory::Curve& curve : history.curves()) model.curves.push_back(curve_of(curve));
   if (shows("contact") || shows("liquid"))  // cameras alone have nothing to set
     model.sliders = sliders(*frame, history.scene_parameters(), pending);

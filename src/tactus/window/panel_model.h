@@ -9,8 +9,8 @@ namespace tactus {
 
 struct PanelModel {
   struct Stage {
-    std::string name, text;  ///< "3.1 / 4.0"
-    float p50 = 0, p99 = 0;  ///< of the longest bar, 0..1
+    std::string name, text;  ///< "3.1 / 4.0"; "over: 41 / 60" where half of all frames exceed the budget
+    float p50 = 0, p99 = 0;  ///< of the whole width, 0..1
     float p50_ms = 0;
   };
   struct Curve {
@@ -39,6 +39,8 @@ struct PanelModel {
   Past past;
   std::string arrows;  ///< the force of the longest arrow; "": without bodies
   std::vector<Stage> stages;
+  std::string budget;    ///< "budget of a frame: 33.3 ms"; "": there is none
+  float budget_at = -1;  ///< of the bars' whole width, 0..1; < 0: there is none
   std::vector<Curve> curves;
   std::vector<Slider> sliders;
   std::vector<std::string> notices;

@@ -32,8 +32,8 @@ void text_at_right(const std::string& line) {
   text(line);
 }
 
-/// p50 as a bar, from there to p99 as a thinner one.
-void draw_stage(const PanelModel::Stage& stage) {
+/// p50 as a bar, from there to p99 as a thinner one. Both have another colour beyond the budget's mark.
+void draw_stage(const PanelModel::Stage& stage, float budget_at, float scale) {
   text(stage.name);
   text_at_right(stage.text);
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -46,6 +46,12 @@ void draw_stage(const PanelModel::Stage& stage) {
   bar(0, 1, 1, kFaint);
   bar(stage.p50, stage.p99, 0.5F, kOrange);
   bar(0, std::max(stage.p50, 2 / width), 1, kBlue);
+  if (budget_at >= 0) {
+    if (stage.p99 > budget_at) bar(std::max(budget_at, stage.p50), stage.p99, 0.5F, kVermilion);
+    if (stage.p50 > budget_at) bar(budget_at, stage.p50, 1, kVermilion);
+    const float x = at.x + std::min(budget_at * width, width - scale);
+    list->AddRectFilled({x - scale, at.y - scale}, {x + scale, at.y + height + scale}, IM_COL32_WHITE);
+  }
   ImGui::Dummy({width, height});
 }
 
@@ -145,7 +151,8 @@ PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
       ImGui::Separator();
       ImGui::TextDisabled("stages");
       text_at_right("p50 / p99 ms");
-      for (const PanelModel::Stage& stage : model.stages) draw_stage(stage);
+      for (const PanelModel::Stage& stage : model.stages) draw_stage(stage, model.budget_at, scale_);
+      if (!model.budget.empty()) ImGui::TextDisabled("%s", model.budget.c_str());
     }
   }
   ImGui::End();

@@ -78,6 +78,7 @@ void ViewSink::hand_over(Seen seen, const RunNotices& noted) {
   shown->number = seen.number;
   shown->time_s = seen.time_s;
   shown->shown_at_s = now_s();
+  shown->budget_ms = options_.budget_ms;
   shown->substeps = seen.report.substeps;
   shown->frame_ms = 1e3 * (shown->shown_at_s - seen.taken_at_s);
   if (seen.captured_s > 0) shown->latency_ms = 1e3 * (shown->shown_at_s - seen.captured_s);

@@ -41,6 +41,7 @@ class ViewSink final : public FrameSink {
   struct Options {
     std::vector<std::string> tools;  ///< names of held obstacles and blades
     bool wears_photographs = false;
+    double budget_ms = 0;   ///< ViewedFrame's
     int frames_before = 0;  ///< where it goes on from a kept state
     std::function<void(const std::shared_ptr<const ViewedFrame>&)> seen =
         {};  ///< after each that was handed over

@@ -40,6 +40,7 @@ struct ViewedFrame {
   double shown_at_s = 0;           ///< on the clock of now_s()
   int substeps = 0;
   double frame_ms = 0;
+  double budget_ms = 0;   ///< that a frame may take to keep pace with its source; 0: there is none
   double latency_ms = 0;  ///< from the capture of live images to this frame; 0: unknown
   std::vector<StageTime> stages;
   std::vector<ViewedValue> values;
