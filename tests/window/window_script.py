@@ -56,10 +56,9 @@ class Display:
 
 
 class Window:
-    def __init__(self, program: str, folder: pathlib.Path, *flags: str):
+    def __init__(self, program: str, folder: pathlib.Path, *flags: str, file: str = "small.yaml", size: str = f"{WIDTH}x{HEIGHT}"):
         self.folder = folder
-        self.process = subprocess.Popen([program, "view", "small.yaml", "--devices", "cpu", "--size", f"{WIDTH}x{HEIGHT}", *flags],
-                                        cwd=folder)
+        self.process = subprocess.Popen([program, "view", file, "--devices", "cpu", "--size", size, *flags], cwd=folder)
         self.id = ""
         self.wait_for("", "a window")
         self.x("windowfocus", self.id)
@@ -291,6 +290,33 @@ def hook(program: str, folder: pathlib.Path) -> None:
     check(window.process.wait(timeout=10) == 0, "a budget has its marks")
 
 
+def cameras(program: str, folder: pathlib.Path) -> None:
+    """A rig whose cameras 2 and 5 are swapped, so the doctor has something to say: it is drawn in the strip, and where they stand."""
+    subprocess.run([program, "synth", "hand", "--moving", "--frames", "12", "--out", "film"], cwd=folder, check=True, capture_output=True)
+    rig = folder / "film" / "rig.yaml"
+    other = {"2": "5", "5": "2"}
+    rig.write_text(re.sub(r"cameras/cam([25])\.yaml", lambda m: f"cameras/cam{other[m[1]]}.yaml", rig.read_text()))
+    window = Window(program, folder, file="film/rig.yaml", size="1280x720")
+    window.wait_for("ended, frame 12$", "the end of the film")
+    time.sleep(3)  # for the doctor
+    seen = window.grab("cameras")
+    strip = "600x200+340+510"
+
+    def differ(a: pathlib.Path, b: pathlib.Path) -> bool:
+        cut = [folder / f"strip {i}.png" for i in (0, 1)]
+        for path, picture in zip(cut, (a, b)):
+            subprocess.run(["convert", picture, "-crop", strip, "+repage", path], check=True)
+        return psnr_dB(*cut) < 25
+
+    window.key("i")
+    hidden = window.grab("no cameras")
+    check(differ(seen, hidden), "i hides the cameras' images")
+    window.key("i")
+    check(not differ(seen, window.grab("cameras again")), "and shows them")
+    window.key("q")
+    check(window.process.wait(timeout=10) == 0, "a rig with a fault closes as others do")
+
+
 def main() -> None:
     program = str(pathlib.Path(sys.argv[1]).resolve())
     for tool in ("Xvfb", "xdotool", "import", "compare", "convert"):
@@ -320,6 +346,7 @@ def main() -> None:
             use(program, folder)
             cut_and_pull(program, folder)
             hook(program, folder)
+            cameras(program, folder)
 
 
 main()

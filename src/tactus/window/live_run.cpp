@@ -28,7 +28,10 @@ LiveRun::LiveRun(Scene scene, Options options)
       control_(control_options(scene_)),
       why_not_again_(scene_.source.kind == SourceKind::live ? "live cameras can't give their frames again"
                                                             : ""),
-      past_(options_.past_bytes) {}
+      past_(options_.past_bytes),
+      checkup_(scene_.source, [this] {
+        if (on_news_) on_news_();
+      }) {}
 
 LiveRun::~LiveRun() {
   control_.stop();
@@ -44,7 +47,8 @@ bool LiveRun::stop(double wait_s) {
   control_.stop();
   if (!thread_.joinable()) return true;
   std::unique_lock lock(mutex_);
-  return ended_.wait_for(lock, std::chrono::duration<double>(wait_s), [this] { return has_ended_; });
+  return ended_.wait_for(lock, std::chrono::duration<double>(wait_s), [this] { return has_ended_; }) &&
+         checkup_.state() != RigCheckup::State::looking;
 }
 
 LiveRun::State LiveRun::state() const {
@@ -162,6 +166,7 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   auto view = std::make_unique<SceneView>(scene_, source->rig(), assets, world);
   if (scene_.view.show_models) view->show_models(element_triangles(world));
   frame_.take();
+  cameras_.take();
   view_.put(std::move(view));
   RunProgress progress;
   if (again) {
@@ -176,6 +181,7 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
                  .budget_ms = budget_ms(*source),
                  .frames_before = again ? again->number : 0,
                  .seen = [&](const auto& frame) { remember(frame, world, at->progress()); }});
+  CameraSink cameras(*source, control_, {cameras_, shows_cameras_, checkup_}, again ? again->number : 0);
   const auto should_stop = [&] {
     while (!sink.may_go_on()) {
       if (sink.turn() != RunControl::Turn::keep) return true;
@@ -186,6 +192,7 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   FrameLoop loop(*source, world, {.should_stop = should_stop});
   at = &loop;
   loop.go_on_from(progress);
+  if (!source->rig().cameras.empty()) loop.add(cameras);
   loop.add(sink);
   loop.run();
   if (sink.turn() != RunControl::Turn::go) return sink.turn();

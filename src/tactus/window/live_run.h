@@ -8,6 +8,7 @@
 
 #include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_view.h"
+#include "tactus/window/camera_sink.h"
 #include "tactus/window/seen_frames.h"
 #include "tactus/window/view_sink.h"
 
@@ -36,7 +37,7 @@ class LiveRun {
 
   /// @param on_news called on the physics' thread whenever there is something to take
   void start(std::function<void()> on_news);
-  /// Asks the physics to end. @returns whether it has ended within so many seconds.
+  /// Asks the physics to end. @returns whether it and the checkup have ended within so many seconds.
   bool stop(double wait_s);
 
   RunControl& control() { return control_; }
@@ -47,6 +48,10 @@ class LiveRun {
   std::unique_ptr<SceneView> take_view() { return view_.take(); }
   /// The newest frame since the last call, or nullptr.
   std::shared_ptr<const ViewedFrame> take_frame() { return frame_.take(); }
+  /// The newest images of cameras since the last call, or nullptr; none come while they aren't shown.
+  std::shared_ptr<const CameraLook> take_cameras() { return cameras_.take(); }
+  void show_cameras(bool shows) { shows_cameras_ = shows; }
+  const RigCheckup& checkup() const { return checkup_; }
   /// Frames that were seen. Goes on while the physics runs.
   const SeenFrames& past() const { return past_; }
   /// The state that RunControl::keep() kept; nullptr: none.
@@ -77,6 +82,8 @@ class LiveRun {
   RunControl control_;
   NewestOne<std::unique_ptr<SceneView>> view_;
   NewestOne<std::shared_ptr<const ViewedFrame>> frame_;
+  NewestOne<std::shared_ptr<const CameraLook>> cameras_;
+  std::atomic<bool> shows_cameras_{false};
   std::function<void()> on_news_;
   mutable std::mutex mutex_;
   std::condition_variable ended_;
@@ -87,6 +94,7 @@ class LiveRun {
   std::string why_not_again_;
   SeenFrames past_;
   double save_due_s_ = 0;
+  RigCheckup checkup_;
   std::thread thread_;
 };
 

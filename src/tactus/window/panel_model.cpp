@@ -120,6 +120,7 @@ std::vector<HelpLine> help_lines(const MouseHolds& holds) {
                               {"b", "simulate again from there"},
                               {"k; then b", "keep this frame; back to it"},
                               {"c", "contacts as arrows"},
+                              {"i", "images of the cameras"},
                               {"v", "the scene's own view"},
                               {"s", "save the picture, without panels"},
                               {"tab", "panels"},

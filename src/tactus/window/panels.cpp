@@ -2,27 +2,20 @@
 
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
-#include <imgui.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "tactus/view/image_files.h"
+#include "tactus/window/panel_look.h"
 
 namespace tactus {
 namespace {
 
-/// Okabe and Ito's: told apart without red and green.
-constexpr ImU32 kBlue = IM_COL32(86, 180, 233, 255), kOrange = IM_COL32(230, 159, 0, 255);
-constexpr ImU32 kVermilion = IM_COL32(213, 94, 0, 255), kFaint = IM_COL32(255, 255, 255, 40);
-constexpr float kText_px = 15, kPanel_px = 320, kMargin_px = 10;
 /// Shorter arrows, of the longest, would be all head.
 constexpr float kLeastArrow = 0.15F;
 constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
-constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
-                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
-                                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
 
 void text(const std::string& line) { ImGui::TextUnformatted(line.c_str()); }
 
@@ -152,7 +145,7 @@ PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
       ImGui::TextDisabled("stages");
       text_at_right("p50 / p99 ms");
       for (const PanelModel::Stage& stage : model.stages) draw_stage(stage, model.budget_at, scale_);
-      if (!model.budget.empty()) ImGui::TextDisabled("%s", model.budget.c_str());
+      if (!model.budget.empty()) text(model.budget);
     }
   }
   ImGui::End();

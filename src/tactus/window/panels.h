@@ -28,6 +28,7 @@ class Panels {
   void begin(float scale);
   /// Into the framebuffer.
   void end();
+  float scale() const { return scale_; }
   bool wants_mouse() const;
   bool wants_text() const;
 

@@ -1,38 +1,14 @@
 #pragma once
 /// Hands frames of a FrameLoop to a window.
 #include <memory>
-#include <mutex>
-#include <utility>
 
 #include "tactus/run/frame_sink.h"
 #include "tactus/run/run_control.h"
 #include "tactus/run/scene_view.h"
+#include "tactus/window/newest_one.h"
 #include "tactus/window/viewed_frame.h"
 
 namespace tactus {
-
-/// A place for one thing, between two threads: the newest replaces one that nobody took.
-template <class T>
-class NewestOne {
- public:
-  void put(T thing) {
-    const std::lock_guard lock(mutex_);
-    thing_ = std::move(thing);
-  }
-  /// An empty T where nothing came since the last call.
-  T take() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(thing_, T{});
-  }
-  bool is_empty() const {
-    const std::lock_guard lock(mutex_);
-    return !thing_;
-  }
-
- private:
-  mutable std::mutex mutex_;
-  T thing_{};
-};
 
 /// On the physics' thread: copies a frame for the window when it has taken the last one, and carries out
 /// the requests of the control. may_go_on() is the loop's `should_stop`, negated.

@@ -6,6 +6,7 @@
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/view/image_files.h"
+#include "tactus/window/camera_strip.h"
 #include "tactus/window/glfw_window.h"
 #include "tactus/window/mouse_tools.h"
 #include "tactus/window/panels.h"
@@ -36,6 +37,7 @@ class ViewWindow {
         shows_panels_(options.shows_panels) {}
 
   void show() {
+    run_.show_cameras(shows_panels_);
     run_.start(GlfwWindow::wake);
     while (!window_.is_closed() && !closes_ && !(options_.should_close && options_.should_close())) {
       const WindowInput input = window_.wait(pictures_due_ > 0 ? kSoon_s : kLater_s, panels_.wants_mouse());
@@ -57,12 +59,16 @@ class ViewWindow {
       has_picture_ = false;
       history_.clear();
       past_.reset();
+      strip_.clear();
       mouse_.release();
     }
     if (auto frame = run_.take_frame(); frame && view_) {
       history_.add(frame);
       if (!past_) show_frame(*frame);
     }
+    if (auto look = run_.take_cameras(); look && history_.newest() != nullptr)
+      strip_.take(look, look->number == history_.newest()->number ? history_.newest()->photos
+                                                                  : std::vector<ColorImage>());
   }
 
   void show_frame(const ViewedFrame& frame) {
@@ -129,6 +135,7 @@ class ViewWindow {
     if (code == 't') mouse_.take_next_tool();
     if (code == 'h') shows_help_ = !shows_help_;
     if (code == 'c') shows_contacts_ = !shows_contacts_;
+    if (code == 'i') shows_cameras_ = !shows_cameras_;
     if (code == 'q') closes_ = true;
     if (code == 's' && has_picture_) save_picture();
     if (code == 'v' && view_) {
@@ -212,14 +219,26 @@ class ViewWindow {
       if (requests.restart) control.restart();
       if (!requests.parameter.empty()) control.set_parameter(requests.parameter, requests.value);
     }
+    draw_cameras();
     if (shows_help_) panels_.draw_help({run_.tools().size(), !run_.scene().bodies.empty()});
     panels_.end();
+  }
+
+  void draw_cameras() {
+    const bool shows = shows_panels_ && shows_cameras_;
+    run_.show_cameras(shows);
+    if (!shows || strip_.is_empty()) return;
+    const CameraModel model = strip_.model(run_.checkup());
+    if (has_picture_ && run_.scene().view.show_frusta)
+      CameraStrip::draw_faults(model, camera_, panels_.scale());
+    strip_.draw(model, panels_.scale());
   }
 
   LiveRun& run_;
   const WindowOptions& options_;
   GlfwWindow window_;
   Panels panels_;
+  CameraStrip strip_;
   Renderer renderer_;
   std::unique_ptr<SceneView> view_;
   RunHistory history_;
@@ -227,7 +246,7 @@ class ViewWindow {
   MouseTools mouse_;
   ViewCamera camera_;
   Vec2i drawn_px_{};
-  bool shows_panels_, shows_help_ = false, shows_contacts_ = true, closes_ = false;
+  bool shows_panels_, shows_help_ = false, shows_contacts_ = true, shows_cameras_ = true, closes_ = false;
   bool has_camera_ = false, has_picture_ = false;
   bool is_drawn_ = false;  ///< the renderer's picture is of this frame and camera
   int pictures_due_ = 0;
