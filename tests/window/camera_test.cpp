@@ -75,14 +75,16 @@ TEST(CameraText, TellsStateAndLateness) {
 
 TEST(CameraText, TellsHowLateLiveCamerasAre) {
   LiveStatus status;
-  for (const char* name : {"cam0", "cam1", "cam2"}) status.cameras.emplace_back().name = name;
+  for (const char* name : {"cam0", "cam1", "cam2", "cam3"}) status.cameras.emplace_back().name = name;
   status.cameras[0].skew_ms = 12.04;
-  status.cameras[0].is_present = status.cameras[1].is_present = true;
-  const CameraModel model = camera_model(look_of({0, 0.2, 3}, live_status_json(status)), {0.1, -1, -1},
-                                         RigCheckup::State::off, nullptr);
-  EXPECT_EQ(model.cameras.at(0).state, "12.0 ms late");
+  status.cameras[3].skew_ms = -0.2;
+  status.cameras[3].is_present = status.cameras[0].is_present = status.cameras[1].is_present = true;
+  const CameraModel model = camera_model(look_of({0, 0.2, 3, 0}, live_status_json(status)),
+                                         {0.1, -1, -1, 0.1}, RigCheckup::State::off, nullptr);
+  EXPECT_EQ(model.cameras.at(0).state, "12 ms late");
   EXPECT_EQ(model.cameras.at(1).state, "missed 0.2 s");
   EXPECT_EQ(model.cameras.at(2).state, "no link");
+  EXPECT_EQ(model.cameras.at(3).state, "in time");
 }
 
 TEST(CameraText, TellsTheDoctorsFindings) {

@@ -108,6 +108,12 @@ TEST(PanelText, StagesStandAgainstTheBudget) {
   EXPECT_EQ(over.stages.at(0).text, "over: 13.0 / 16.0");
   EXPECT_EQ(over.stages.at(1).text, "p99 over: 2.00 / 12.0");
   EXPECT_EQ(over.stages.at(2).text, "over: 11.0 / 15.0");
+  // The age of live images is no part of the frame.
+  const PanelModel live = model_of(10, {{"hull to bodies", 30, 60}, {"frame", 5, 8}});
+  EXPECT_EQ(live.stages.at(1).text, "30.0 / 60.0");
+  EXPECT_TRUE(live.stages.at(1).is_age);
+  EXPECT_FALSE(live.stages.at(0).is_age);
+  EXPECT_FLOAT_EQ(live.budget_at, 1);
   // One frame that took a second leaves the bars of the others their length: the mark is at half.
   const PanelModel far = model_of(10, {{"hull", 2, 4}, {"frame", 5, 1000}});
   EXPECT_FLOAT_EQ(far.budget_at, 0.5F);

@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "tactus/window/panel_model.h"
-
 namespace tactus {
 namespace {
 
@@ -23,6 +21,13 @@ std::string seconds(double value_s) {
   char text[32];
   std::snprintf(text, sizeof text, value_s < 9.95 ? "%.1f s" : "%.0f s", value_s);
   return text;
+}
+
+/// @param skew_ms of the capture, after the first of its set
+std::string late(double skew_ms) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f ms late", skew_ms);
+  return skew_ms < 0.5 ? "in time" : text;
 }
 
 /// Of a live camera. @param links FrameSource::links_json, parsed
@@ -46,8 +51,7 @@ void tell_state(CameraModel::Camera& camera, double late_s, double share, const 
     camera.state = "all white";
   else {
     camera.is_missing = false;
-    const double skew_ms = link != nullptr ? link->value("skew_ms", 0.0) : 0;
-    camera.state = link != nullptr ? short_number(skew_ms) + " ms late" : "covers " + percent(share);
+    camera.state = link != nullptr ? late(link->value("skew_ms", 0.0)) : "covers " + percent(share);
   }
   if (camera.is_missing && link != nullptr && !link->value("present", true)) camera.state = "no link";
 }

@@ -41,19 +41,23 @@ const char* state_word(LiveRun::State state, bool is_paused) {
   return is_paused ? "paused" : "running";
 }
 
+/// "capture to set" and the like are parts of the age of live images, not of the frame.
+bool is_age(const StageTime& s) { return s.name == "latency" || s.name.find(" to ") != std::string::npos; }
+
 /// Milliseconds of the bars' whole width: the budget, so that a bar is a share of it. Where a stage takes
 /// longer, up to twice as much; a bar that is still longer is cut off.
 double whole_ms(const std::vector<StageTime>& stages, double budget_ms) {
   double longest_ms = 1e-6;
   for (const StageTime& s : stages)
-    if (s.name != "latency") longest_ms = std::max(longest_ms, s.p99_ms);
+    if (!(budget_ms > 0 && is_age(s)) && s.name != "latency") longest_ms = std::max(longest_ms, s.p99_ms);
   return budget_ms > 0 ? std::clamp(longest_ms, budget_ms, kMostBudgets * budget_ms) : longest_ms;
 }
 
 std::string stage_text(const StageTime& s, double budget_ms) {
-  const char* word = !(budget_ms > 0) || s.p99_ms <= budget_ms ? ""
-                     : s.p50_ms > budget_ms                    ? "over: "
-                                                               : "p99 over: ";
+  const bool has_budget = budget_ms > 0 && !is_age(s);
+  const char* word = !has_budget || s.p99_ms <= budget_ms ? ""
+                     : s.p50_ms > budget_ms               ? "over: "
+                                                          : "p99 over: ";
   return word + short_number(s.p50_ms) + " / " + short_number(s.p99_ms);
 }
 
@@ -72,8 +76,8 @@ std::vector<PanelModel::Stage> stage_bars(std::vector<StageTime> stages, double 
   std::vector<PanelModel::Stage> bars;
   for (const StageTime& s : stages) {
     if (s.p50_ms < least_ms || bars.size() == kMostStages) continue;
-    bars.push_back(
-        {s.name, stage_text(s, budget_ms), share(s.p50_ms), share(s.p99_ms), static_cast<float>(s.p50_ms)});
+    bars.push_back({s.name, stage_text(s, budget_ms), share(s.p50_ms), share(s.p99_ms),
+                    static_cast<float>(s.p50_ms), is_age(s)});
   }
   return bars;
 }

@@ -144,7 +144,8 @@ PanelRequests Panels::draw(const PanelModel& model, bool is_paused) {
       ImGui::Separator();
       ImGui::TextDisabled("stages");
       text_at_right("p50 / p99 ms");
-      for (const PanelModel::Stage& stage : model.stages) draw_stage(stage, model.budget_at, scale_);
+      for (const PanelModel::Stage& stage : model.stages)
+        draw_stage(stage, stage.is_age ? -1 : model.budget_at, scale_);
       if (!model.budget.empty()) text(model.budget);
     }
   }
