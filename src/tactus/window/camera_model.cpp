@@ -30,7 +30,7 @@ std::string late(double skew_ms) {
   return skew_ms < 0.5 ? "in time" : text;
 }
 
-/// Of a live camera. @param links FrameSource::links_json, parsed
+/// The entry of a live camera. @param links FrameSource::links_json, parsed
 const nlohmann::json* link_of(const nlohmann::json& links, const std::string& name) {
   const auto cameras = links.find("cameras");
   if (cameras == links.end()) return nullptr;

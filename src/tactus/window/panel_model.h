@@ -12,8 +12,7 @@ struct PanelModel {
     std::string name, text;  ///< "3.1 / 4.0"; "over: 41 / 60" where half of all frames exceed the budget
     float p50 = 0, p99 = 0;  ///< of the whole width, 0..1
     float p50_ms = 0;
-    bool is_age =
-        false;  ///< of live images, since their capture: it is no part of the frame, and has no budget
+    bool is_age = false;  ///< of live images: no part of the frame, so it has no budget
   };
   struct Curve {
     std::string name, now, range;  ///< "0.84 N"; "0 to 2.1"
