@@ -292,6 +292,7 @@ def hook(program: str, folder: pathlib.Path) -> None:
 
 def cameras(program: str, folder: pathlib.Path) -> None:
     """A rig whose cameras 2 and 5 are swapped, so the doctor has something to say: it is drawn in the strip, and where they stand."""
+    shutil.rmtree(folder / "film", ignore_errors=True)
     subprocess.run([program, "synth", "hand", "--moving", "--frames", "12", "--out", "film"], cwd=folder, check=True, capture_output=True)
     rig = folder / "film" / "rig.yaml"
     other = {"2": "5", "5": "2"}

@@ -39,7 +39,7 @@ const nlohmann::json* link_of(const nlohmann::json& links, const std::string& na
   return nullptr;
 }
 
-void tell_state(CameraModel::Camera& camera, double late_s, double share, const nlohmann::json* link) {
+void set_state(CameraModel::Camera& camera, double late_s, double share, const nlohmann::json* link) {
   camera.is_missing = true;
   if (late_s < 0)
     camera.state = "no image yet";
@@ -62,7 +62,7 @@ std::string cameras_of(const CameraModel& model, const DoctorFinding& finding) {
   return name(finding.camera) + (finding.other >= 0 ? ", " + name(finding.other) : "");
 }
 
-void tell_findings(CameraModel& model, const Diagnosis& diagnosis) {
+void add_findings(CameraModel& model, const Diagnosis& diagnosis) {
   for (const DoctorFinding& f : diagnosis.findings) {
     model.findings.push_back({cameras_of(model, f) + ": " + f.fault, f.cure, f.is_fault});
     if (!f.is_fault) continue;
@@ -88,8 +88,8 @@ CameraModel camera_model(const CameraLook& look, const std::vector<double>& shar
     CameraModel::Camera& camera = model.cameras.emplace_back();
     camera.name = from.name;
     camera.at_m = vec_cast<float>(from.center_world());
-    tell_state(camera, c < look.late_s.size() ? look.late_s[c] : -1, c < shares.size() ? shares[c] : -1,
-               links.is_object() ? link_of(links, from.name) : nullptr);
+    set_state(camera, c < look.late_s.size() ? look.late_s[c] : -1, c < shares.size() ? shares[c] : -1,
+              links.is_object() ? link_of(links, from.name) : nullptr);
   }
   if (state == RigCheckup::State::waiting)
     model.findings.push_back(
@@ -98,7 +98,7 @@ CameraModel camera_model(const CameraLook& look, const std::vector<double>& shar
     model.findings.push_back({"the doctor looks at the rig ...", "", false});
   if (checkup == nullptr) return model;
   if (checkup->error.empty())
-    tell_findings(model, checkup->diagnosis);
+    add_findings(model, checkup->diagnosis);
   else
     model.findings.push_back({"the doctor can't look: " + checkup->error, "", false});
   return model;

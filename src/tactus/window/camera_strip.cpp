@@ -101,15 +101,15 @@ void CameraStrip::draw(const CameraModel& model, float scale) {
   const ImVec2 display = ImGui::GetIO().DisplaySize;
   const ImGuiStyle& style = ImGui::GetStyle();
   const float margin = kMargin_px * scale, gap = kGap_px * scale;
-  const float room = display.x - 2 * (kPanel_px * scale + 2 * margin) - 2 * style.WindowPadding.x;
+  const float space = display.x - 2 * (kPanel_px * scale + 2 * margin) - 2 * style.WindowPadding.x;
   const std::size_t count = std::min(model.cameras.size(), thumbs_.size());
-  const auto most = static_cast<std::size_t>(std::max(0.F, (room + gap) / (kLeast_px * scale + gap)));
+  const auto most = static_cast<std::size_t>(std::max(0.F, (space + gap) / (kLeast_px * scale + gap)));
   if (count == 0 || most == 0) return;
   const std::size_t rows = std::min(kMostRows, (count + most - 1) / most),
                     columns = std::min(most, (count + rows - 1) / rows),
                     shown = std::min(count, rows * columns);
   const auto across = static_cast<float>(columns);
-  const float width = std::min(kMost_px * scale, (room + gap) / across - gap);
+  const float width = std::min(kMost_px * scale, (space + gap) / across - gap);
   ImGui::SetNextWindowPos({0.5F * display.x, display.y - margin}, 0, {0.5F, 1});
   if (ImGui::Begin("cameras", nullptr, kFixed)) {
     ImGui::SetWindowFontScale(kText);
@@ -129,7 +129,7 @@ void CameraStrip::draw(const CameraModel& model, float scale) {
     for (const CameraModel::Finding& finding : model.findings) {
       wrapped((finding.is_fault ? "! " : "") + finding.text,
               finding.is_fault ? kWarning : IM_COL32(190, 196, 204, 255),
-              std::max(across * (width + gap) - gap, 0.6F * room));
+              std::max(across * (width + gap) - gap, 0.6F * space));
       tooltip(finding.remedy, kPanel_px * scale);
     }
   }

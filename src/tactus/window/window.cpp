@@ -65,10 +65,14 @@ class ViewWindow {
     if (auto frame = run_.take_frame(); frame && view_) {
       history_.add(frame);
       if (!past_) show_frame(*frame);
+      take_cameras(*frame);
     }
-    if (auto look = run_.take_cameras(); look && history_.newest() != nullptr)
-      strip_.take(look, look->number == history_.newest()->number ? history_.newest()->photos
-                                                                  : std::vector<ColorImage>());
+  }
+
+  /// Photographs come with the frame, so images of another one would lie on the wrong ones.
+  void take_cameras(const ViewedFrame& frame) {
+    const auto look = run_.take_cameras();
+    if (look && (frame.photos.empty() || look->number == frame.number)) strip_.take(look, frame.photos);
   }
 
   void show_frame(const ViewedFrame& frame) {
