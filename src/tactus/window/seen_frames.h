@@ -2,21 +2,13 @@
 /// The past of a run: frames that were seen, and the states after them.
 #include <memory>
 #include <mutex>
-#include <optional>
-#include <string>
-#include <vector>
 
-#include "tactus/run/frame_loop.h"
+#include "tactus/run/run_past.h"
 #include "tactus/window/viewed_frame.h"
 
 namespace tactus {
 
-/// All that the coming frames depend on, and how far the source had come.
-struct SavedState {
-  std::string bytes;  ///< World::save_state
-  RunProgress progress;
-  int number = 0;  ///< of the frame after which it was saved
-};
+using SavedState = PastState;
 
 struct SeenFrame {
   std::shared_ptr<const ViewedFrame> frame;
@@ -26,12 +18,11 @@ struct SeenFrame {
 /// Bytes of a frame's meshes, particles and photographs.
 std::size_t bytes_of(const ViewedFrame& frame);
 
-/// Keeps frames in so much memory, the newest last. Where it would be more, frames go: seldom the newest, and
-/// never the first or the last, so the past is the sparser the longer ago it is. Thread-safe.
+/// A RunPast between the threads of the physics and of the window.
 class SeenFrames {
  public:
   /// @param most_bytes 0: keeps none
-  explicit SeenFrames(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+  explicit SeenFrames(std::size_t most_bytes) : past_(most_bytes) {}
 
   void add(SeenFrame seen);
   void clear();
@@ -49,22 +40,11 @@ class SeenFrames {
   };
   Range range() const;
   std::size_t bytes() const;
-  bool is_kept() const { return most_bytes_ > 0; }
+  bool is_kept() const { return past_.is_kept(); }
 
  private:
-  struct Entry {
-    SeenFrame seen;
-    int number = 0;
-    std::size_t bytes = 0;
-  };
-  void thin();
-  /// Where the entry of this number is, or the first after it.
-  std::size_t place_of(int number) const;
-
-  const std::size_t most_bytes_;
   mutable std::mutex mutex_;
-  std::vector<Entry> entries_;
-  std::size_t bytes_ = 0;
+  RunPast<ViewedFrame> past_;
 };
 
 }  // namespace tactus
