@@ -104,6 +104,7 @@ void read_packet(const std::string& bytes) {
 
 /// A pose that is taken is finite and rigid, and a pull is near, whatever stood in the message.
 void read_viewer(const std::string& bytes) {
+  if (const int got = frames_got(bytes); got < 0 || got > 100) std::abort();
   const ClientMessage message = parse_client_message(bytes);
   for (int i = 0; i < 3; ++i) {
     const Vec3d row = message.T_world_obstacle.R.row[i];

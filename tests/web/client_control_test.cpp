@@ -135,6 +135,116 @@ TEST(ClientMessage, ReadsAGrabAndHowAPoseIsReached) {
   EXPECT_NE(refused(pose + R"(,"most_m_s":0})").find("> 0"), std::string::npos);
 }
 
+TEST(ClientMessage, ReadsAFrameThatIsSeenAgain) {
+  EXPECT_EQ(parse_client_message(R"({"do":"see","frame":12})").frame, 12);
+  EXPECT_EQ(parse_client_message(R"({"do":"see","steps":-1})").steps, -1);
+  EXPECT_EQ(parse_client_message(R"({"do":"again"})").kind, ClientMessage::Kind::again);
+  const auto refused = [](const std::string& text) {
+    return message_of([&] { parse_client_message(text); });
+  };
+  for (const char* both : {R"({"do":"see"})", R"({"do":"see","frame":1,"steps":1})"})
+    EXPECT_NE(refused(both).find("either"), std::string::npos) << both;
+  for (const char* frame : {"-1", "1.5", "1e10", "1e999", "\"1\"", "null", "[1]", "true"})
+    EXPECT_NE(refused(std::string(R"({"do":"see","frame":)") + frame + "}"), "") << frame;
+  EXPECT_NE(refused(R"({"do":"see","frame":-1})").find("'frame': expected a whole number, 0 to"),
+            std::string::npos);
+}
+
+/// Messages of frames 1 to 4, of which 3 has no state.
+struct SeenRun {
+  SeenRun() {
+    for (const int number : {1, 2, 3, 4}) add(number);
+  }
+  void add(int number, int run = 0) {
+    const auto state = std::make_shared<const PastState>(PastState{"state", {}, number});
+    past.add(std::make_shared<const std::string>(std::to_string(number)), number, run,
+             number == 3 ? nullptr : state);
+  }
+  std::string shown;
+  int changes = 0;
+  WebPast past{{.most_bytes = 1000,
+                .show = [this](const WebPast::Bytes& message) { shown = *message; },
+                .changed = [this] { ++changes; }}};
+};
+
+TEST(WebPast, ShowsTheNewestUnlessAnOlderOneIsLookedAt) {
+  SeenRun run;
+  EXPECT_EQ(run.shown, "4");
+  EXPECT_EQ(run.past.shown().seen, 0);
+  run.past.see(2);
+  EXPECT_EQ(run.shown, "2");
+  run.add(5);
+  EXPECT_EQ(run.shown, "2") << "a frame that was in work as it was paused replaces nothing";
+  EXPECT_EQ(run.past.shown().last, 5);
+  run.past.move(1);
+  EXPECT_EQ(run.past.shown().seen, 3);
+  EXPECT_EQ(run.past.shown().again_from, 2) << "3 has no state";
+  run.past.move(100);
+  EXPECT_EQ(run.past.shown().seen, 0) << "the newest is no past";
+  run.past.move(-1);
+  run.past.leave();
+  EXPECT_EQ(run.shown, "5");
+  EXPECT_EQ(run.changes, 5);
+}
+
+TEST(WebPast, GoesBackToTheFrameThatIsLookedAt) {
+  SeenRun run;
+  EXPECT_NE(message_of([&] { run.past.ask_again(); }).find("'see'"), std::string::npos);
+  run.past.see(2);
+  run.past.ask_again();
+  run.past.see(1);  // somebody else looks on
+  EXPECT_EQ(run.past.go_back()->number, 2);
+  EXPECT_EQ(run.shown, "2");
+  EXPECT_EQ(run.past.shown().last, 2);
+  EXPECT_EQ(run.past.shown().seen, 0);
+  run.add(4, 0);
+  EXPECT_EQ(run.past.shown().last, 2) << "a frame from before counts no more";
+  run.add(3, run.past.run());
+  EXPECT_EQ(run.shown, "3");
+}
+
+TEST(WebPast, KeepsNothingWithoutMemory) {
+  std::string shown;
+  WebPast past(
+      {.most_bytes = 0, .show = [&](const WebPast::Bytes& message) { shown = *message; }, .changed = {}});
+  past.add(std::make_shared<const std::string>("1"), 1, 0, nullptr);
+  EXPECT_EQ(shown, "1");
+  EXPECT_NE(message_of([&] { past.see(1); }).find("--web-past"), std::string::npos);
+  EXPECT_EQ(past.shown().last, 0);
+}
+
+/// To look at the past stops the run; to go on or to step leaves it.
+TEST(ClientControl, LooksAtThePastAndGoesBack) {
+  SeenRun seen;
+  std::string why_not;
+  ClientControl::Options options = open_to_all();
+  options.past = &seen.past;
+  options.why_not_again = [&] { return why_not; };
+  RunControl run;
+  ClientControl control(std::move(options), run);
+  EXPECT_EQ(control.handle(R"({"do":"see","frame":1})"), "");
+  EXPECT_EQ(run.state(), RunControl::State::paused);
+  EXPECT_EQ(seen.shown, "1");
+  EXPECT_EQ(control.handle(R"({"do":"step"})"), "");
+  EXPECT_EQ(seen.shown, "4");
+  EXPECT_EQ(control.handle(R"({"do":"see","steps":-2})"), "");
+  EXPECT_EQ(seen.shown, "2");
+  EXPECT_EQ(control.handle(R"({"do":"run"})"), "");
+  EXPECT_EQ(seen.shown, "4");
+  EXPECT_NE(control.handle(R"({"do":"again"})").find("'see'"), std::string::npos);
+  EXPECT_EQ(control.handle(R"({"do":"see","frame":2})"), "");
+  why_not = "a reason";
+  EXPECT_NE(control.handle(R"({"do":"again"})").find("a reason"), std::string::npos);
+  EXPECT_FALSE(run.goes_back());
+  why_not = "";
+  EXPECT_EQ(control.handle(R"({"do":"again"})"), "");
+  EXPECT_TRUE(run.goes_back());
+  EXPECT_EQ(run.wait_for_turn(), RunControl::Turn::restart);
+  run.end();
+  EXPECT_TRUE(run.begin());
+  EXPECT_EQ(run.state(), RunControl::State::paused) << "a run that had ended";
+}
+
 /// A soft box that floats.
 Scene floating_box() {
   Scene scene;
@@ -195,6 +305,19 @@ TEST(WebAddress, IsReadOrRefusedByName) {
         << wrong;
 }
 
+TEST(WebAddress, NameOfAServerInFrontIsReadOrRefused) {
+  EXPECT_EQ(parse_web_name("lab.example:8443"), "lab.example:8443");
+  EXPECT_EQ(parse_web_name("192.168.1.20"), "192.168.1.20");
+  EXPECT_EQ(parse_web_name("lab:443"), "lab") << "as browsers send it";
+  for (const char* wrong :
+       {"", ":1", "lab:", "lab:0", "lab:65536", "lab:8x", "https://lab", "a b", "a\"b", "a:1:2"})
+    EXPECT_NE(message_of([&] { parse_web_name(wrong); }, ErrorKind::usage).find("--web-name"),
+              std::string::npos)
+        << wrong;
+  EXPECT_NE(message_of([&] { WebServer({.name = "lab"}, "", {}); }, ErrorKind::usage).find("token"),
+            std::string::npos);
+}
+
 TEST(ViewerChecks, OriginHostAndToken) {
   EXPECT_TRUE(is_same_origin("http://127.0.0.1:8090", "127.0.0.1:8090"));
   EXPECT_TRUE(is_same_origin("https://lab:8090", "lab:8090"));
@@ -206,6 +329,11 @@ TEST(ViewerChecks, OriginHostAndToken) {
   EXPECT_EQ(host_refusal(true, "127.0.0.1:8090"), "");
   for (const char* other : {"evil.example:8090", "", "127.0.0.1.evil.example:80", "localhost.evil.example"})
     EXPECT_NE(host_refusal(true, other), "") << other;
+  EXPECT_EQ(host_refusal(true, "lab.example:8443", "lab.example:8443"), "");
+  EXPECT_EQ(host_refusal(true, "LAB.example:8443", "lab.example:8443"), "");
+  EXPECT_EQ(host_refusal(true, "127.0.0.1:8090", "lab.example:8443"), "") << "on its own computer, too";
+  for (const char* other : {"lab.example", "lab.example:8444", "evil.example:8443", "", "xlab.example:8443"})
+    EXPECT_NE(host_refusal(true, other, "lab.example:8443"), "") << other;
   EXPECT_TRUE(is_same_token("abc", "abc"));
   for (const char* other : {"", "ab", "abd", "abcd", "xabc"})
     EXPECT_FALSE(is_same_token(other, "abc")) << other;

@@ -1,4 +1,4 @@
-// The live page and a report in Chromium: node page_test.mjs CHROMIUM LIVE-URL REPORT-URL
+// The live page and a report in Chromium: node page_test.mjs CHROMIUM LIVE-URL REPORT-URL HULL-URL
 import assert from 'node:assert/strict';
 import { createRequire } from 'node:module';
 import { existsSync } from 'node:fs';
@@ -6,7 +6,7 @@ import os from 'node:os';
 import path from 'node:path';
 
 const { chromium } = createRequire(path.join(process.env.TACTUS_NPM, 'x.js'))('playwright-core');
-const [, , program, live, report] = process.argv;
+const [, , program, live, report, hull] = process.argv;
 const [width, height] = [1280, 720];
 
 // Where a block's triangles are, by a pinhole of the scene's own numbers: nothing of three takes part.
@@ -83,6 +83,15 @@ async function assertLegible(page) {
   const cut = await page.evaluate(() => [...document.querySelectorAll('.panel *, #notices li')].filter((e) => e.children.length === 0 && e.offsetParent && e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).overflow === 'hidden')
     .map((e) => e.textContent));
   assert.deepEqual(cut, []);
+  const outside = await page.evaluate(() => [...document.querySelectorAll('.panel')].filter((panel) => !panel.hidden && panel.offsetWidth).flatMap((panel) => {
+    const box = panel.getBoundingClientRect(), range = document.createRange(), texts = document.createTreeWalker(panel, NodeFilter.SHOW_TEXT), found = [];
+    while (texts.nextNode()) {
+      range.selectNodeContents(texts.currentNode);
+      for (const r of range.getClientRects()) if (r.width && (r.left < box.left || r.right > box.right - 4)) found.push(texts.currentNode.textContent);
+    }
+    return found;
+  }));
+  assert.deepEqual(outside, []);
   for (const box of await page.evaluate(() => [...document.querySelectorAll('.panel')].filter((e) => e.offsetParent !== null || getComputedStyle(e).position === 'fixed').filter((e) => !e.hidden)
     .map((e) => e.getBoundingClientRect().toJSON())))
     assert(box.left >= 0 && box.top >= 0 && box.right <= width && box.bottom <= height, JSON.stringify(box));
@@ -169,12 +178,121 @@ async function headset() {
   await context.close();
 }
 
+// Back through what was seen, by keys and by the slider; then simulated again from there. The canvas shows each frame as it did the first time.
+async function past(page) {
+  const number = () => page.evaluate(() => Number(/frame (\d+)/.exec(document.getElementById('time').textContent)[1]));
+  const seen = (n) => page.waitForFunction((x) => (tactus.past?.seen ?? 0) === x && document.querySelector('#past .number').textContent.startsWith(`frame ${x || tactus.past.last}`), n, { timeout: 20000 });
+  const newest = await number();
+  const here = await page.evaluate(whiteOnBlack);
+  await page.keyboard.press('ArrowLeft');
+  await page.waitForFunction(() => tactus.past.seen > 0, null, { timeout: 20000 });
+  assert.equal(await page.textContent('#state'), 'past');
+  assert(await number() < newest);
+  await page.keyboard.press('ArrowRight');
+  await seen(0);
+  await page.waitForFunction((n) => document.getElementById('time').textContent.includes(`frame ${n}`), newest);
+  assert.equal(iou(here.mask, (await page.evaluate(whiteOnBlack)).mask), 1);
+  await page.keyboard.press('Home');
+  await page.waitForFunction(() => tactus.past.seen === tactus.past.first, null, { timeout: 20000 });
+  const first = await number();
+  assert.equal(await page.evaluate(() => tactus.past.first), first);
+  await page.keyboard.press('End');
+  await seen(0);
+  const middle = Math.round((first + newest) / 2);
+  await page.evaluate((n) => { const s = document.querySelector('#past input'); s.value = n; s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change')); }, middle);
+  await page.waitForFunction(() => tactus.past.seen > 0, null, { timeout: 20000 });
+  const from = await page.evaluate(() => tactus.past.again_from);
+  assert(Math.abs(from - middle) < 20, `${from} instead of ${middle}`);
+  await assertLegible(page);
+  await page.screenshot({ path: path.join(process.env.TACTUS_PICTURES ?? os.tmpdir(), 'tactus-past.png') });
+  // Tools are not taken in the past.
+  assert(!await page.evaluate(() => tactus.viewer.grab({ button: 0, clientX: 640, clientY: 360 })));
+  await page.keyboard.press('b');
+  await page.waitForFunction((n) => tactus.past.last === n && !tactus.past.seen, from, { timeout: 60000 });
+  const frames = await page.evaluate(() => tactus.frames);
+  await page.keyboard.press('.');
+  await page.waitForFunction((n) => tactus.frames > n, frames, { timeout: 20000 });
+  assert.equal(await number(), from + 1);
+  await page.keyboard.press(' ');
+  await page.waitForFunction((n) => tactus.newest > n + 3 && document.getElementById('past').hidden, from, { timeout: 20000 });
+  console.log(`past: frames ${first} to ${newest} were seen, simulated again from ${from}`);
+}
+
+// From the beginning of a frame (without cameras, that of its physics) until the page has it, and to its picture, with all that OpenGL had to do for it.
+async function ageOf(page) {
+  await page.evaluate(() => {
+    const { viewer } = tactus, then = viewer.onDrawn, show = viewer.show.bind(viewer);
+    tactus.drawn_ms = [];
+    tactus.taken_ms = [];
+    viewer.show = (message) => { tactus.taken_ms.push(Date.now() - 1000 * message.captured_unix_s); show(message); };
+    viewer.onDrawn = () => { viewer.renderer.getContext().readPixels(0, 0, 1, 1, 6408, 5121, new Uint8Array(4)); tactus.drawn_ms.push(performance.now()); then(); };  // waits for the picture
+    tactus.stopLooking = () => { viewer.show = show; viewer.onDrawn = then; };
+    tactus.ages.length = 0;
+  });
+  await page.waitForFunction(() => tactus.ages.length >= 120, null, { timeout: 120000 });
+  const got = await page.evaluate(() => tactus.stopLooking() ?? ({ ages: tactus.ages, drawn: tactus.drawn_ms, taken: tactus.taken_ms }));
+  const sorted = (all) => [...all].sort((a, b) => a - b), of = (all, share) => sorted(all)[Math.min(all.length - 1, Math.floor(share * all.length))], text = (all) => [0.5, 0.9, 0.99].map((p) => `p${100 * p} ${of(all, p).toFixed(0)}`).join(', ');
+  const every = (got.drawn.at(-1) - got.drawn[0]) / (got.drawn.length - 1);
+  console.log(`capture to canvas, ${got.ages.length} frames: ${text(got.ages)} ms; to the page: ${text(got.taken)} ms; a picture every ${every.toFixed(0)} ms; load ${os.loadavg()[0].toFixed(1)} on ${os.cpus().length} cores`);
+  // The clock of both is the same, so no age is negative but by Date.now()'s millisecond.
+  assert(sorted(got.ages)[0] > -2, JSON.stringify(got.ages));
+  // Two frames are sent ahead, one is drawn, one is made: however slowly it draws, the median is four pictures old, and not older and older. A second is for what else the computer does.
+  assert(of(got.ages, 0.5) < 4 * every + 1000, JSON.stringify(got.ages));
+  await page.waitForFunction(() => /^Capture to canvas: p50 [\d.]+ ms, p99 [\d.]+ ms$/.test(document.getElementById('age').textContent), null, { timeout: 20000 });
+}
+
+// A hull of 100 x 100 x 100 voxels: how many a second the page decodes and hands to OpenGL.
+async function decodes() {
+  const page = await open({}, hull);
+  await page.waitForFunction(() => (window.tactus?.frames ?? 0) > 1, null, { timeout: 60000 });
+  const { vertices, bytes, ms } = await page.evaluate(async () => {
+    const { decode } = await import('/stream.js');
+    const socket = new WebSocket(tactus.socket.url);
+    socket.binaryType = 'arraybuffer';
+    const data = await new Promise((done) => { socket.onmessage = (e) => { if (typeof e.data !== 'string' && new DataView(e.data).getUint32(8, true) === 2) done(e.data); }; });
+    socket.close();
+    tactus.socket.onmessage = null;
+    const ms = [];
+    for (let i = 0; i < 60; ++i) {
+      const begin = performance.now();
+      tactus.viewer.show(decode(data.slice()));
+      ms.push(performance.now() - begin);
+    }
+    return { vertices: decode(data).blocks.find((b) => b.role === 1).count, bytes: data.byteLength, ms };
+  });
+  ms.sort((a, b) => a - b);
+  console.log(`hull of 100 x 100 x 100 voxels: ${vertices} vertices, ${bytes} bytes, decoded in ${ms[30].toFixed(2)} ms (p50), ${ms[59].toFixed(2)} ms (most): ${(1000 / ms[30]).toFixed(0)} surfaces/s`);
+  assert(vertices > 5000, `${vertices} vertices are no hull of this size`);
+  assert(1000 / ms[30] >= 30, `${1000 / ms[30]} surfaces/s`);
+  await page.context().close();
+}
+
+// The budget is a mark across the bars, and text says where it isn't kept.
+async function bars(page) {
+  const shown = await page.evaluate(() => {
+    tactus.panels.stages([{ name: 'frame', p50_ms: 50, p99_ms: 60 }, { name: 'bodies', p50_ms: 20, p99_ms: 45 }, { name: 'contact', p50_ms: 5, p99_ms: 6 }], 40);
+    const rows = [...document.querySelectorAll('.stage')].map((row) => {
+      const track = row.querySelector('.track').getBoundingClientRect(), limit = row.querySelector('.limit').getBoundingClientRect(), fill = row.querySelector('.fill').getBoundingClientRect();
+      return { over: row.querySelector('.over').textContent, limit: (limit.x + limit.width / 2 - track.x) / track.width, fill: fill.width / track.width };
+    });
+    return { rows, text: document.getElementById('budget').textContent };
+  });
+  assert.equal(shown.text, 'Budget 40.0 ms: median over by 10.0 ms');
+  assert.deepEqual(shown.rows.map((r) => r.over), ['over', 'p99 over', '']);
+  // The track is 1.25 budgets wide. A pixel of 90 is 0.011.
+  for (const [i, fill] of [1, 0.4, 0.1].entries()) assert(Math.abs(shown.rows[i].limit - 0.8) < 0.02 && Math.abs(shown.rows[i].fill - fill) < 0.02, JSON.stringify(shown.rows[i]));
+  await assertLegible(page);
+}
+
 try {
   const page = await open({}, live);
   await page.waitForFunction(() => (window.tactus?.frames ?? 0) > 3, null, { timeout: 60000 });
   assert.equal(await page.textContent('#scene'), '<script>alert(1)</script>');
-  await page.waitForFunction(() => document.querySelectorAll('.stage').length > 2);
+  await page.waitForFunction(() => document.querySelectorAll('.stage .limit').length > 2);
+  assert.match(await page.textContent('#budget'), /^Budget 33.3 ms: (kept|median over by|p99 over by)/);
   await assertLegible(page);
+  await bars(page);
+  await ageOf(page);
 
   const shown = await page.evaluate(whiteOnBlack);
   assert.deepEqual([shown.w, shown.h], [width, height]);
@@ -237,8 +355,10 @@ try {
   const before = await page.evaluate(() => tactus.frames);
   await page.keyboard.press('.');
   await page.waitForFunction((n) => tactus.frames === n + 1, before, { timeout: 20000 });
+  await past(page);
   await page.close();
 
+  await decodes();
   if (existsSync(iwer)) await headset();
   else console.log('skipped: the headset (npm install iwer)');
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The stream as tests/web/read_stream.py reads it, and the page in Debian's Chromium, on a run of the program.
 
-usage: tests/web/page_test.py PROGRAM [--reader | --page]
+usage: tests/web/page_test.py PROGRAM [--reader | --page | --tls]
   77 where Python's part needs what isn't there: the server, the page, node, chromium, or playwright-core. That is looked for in
   $TACTUS_NPM and in node_modules of the folder it runs in: npm install --prefix FOLDER playwright-core iwer; TACTUS_NPM=FOLDER/node_modules
 """
@@ -10,9 +10,14 @@ import os
 import pathlib
 import re
 import shutil
+import socket
+import ssl
 import subprocess
 import sys
 import tempfile
+import threading
+
+from read_stream import Stream, decode
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENE = """
@@ -36,6 +41,21 @@ view:
   show_frusta: false
   camera: {target_m: [0, 0.05, 0], distance_m: 0.45, azimuth_deg: 30, elevation_deg: 25}
 """
+# Cameras see a hand that comes down on a slab.
+FILMED = """
+source: {kind: synthetic, figure: hand, frames: 0-29999, fps: 30}
+reconstruction: {resolution: 24}
+bodies:
+  - name: slab
+    shape: {kind: box, size_m: [0.4, 0.08, 0.4]}
+    placement: {position_m: [0, 0.3, 0]}
+    spacing_m: 0.04
+gravity_m_s2: [0, -9.81, 0]
+"""
+HULL = """
+source: {kind: synthetic, figure: hand, scale: 0.8, frames: 0-29999, fps: 30}
+reconstruction: {resolution: 100}
+"""
 
 
 def skip(why: str) -> None:
@@ -46,16 +66,18 @@ def skip(why: str) -> None:
 class Run:
     """The program with --web on a free port."""
 
-    def __init__(self, program: str, folder: pathlib.Path) -> None:
+    def __init__(self, program: str, folder: pathlib.Path, text: str = SCENE, flags: tuple[str, ...] = ("--web-control",)) -> None:
         scene = folder / "scene.yaml"
-        scene.write_text(SCENE)
-        self.process = subprocess.Popen([program, "run", str(scene), "--view", "none", "--web", "0", "--web-control"],
+        scene.write_text(text)
+        self.process = subprocess.Popen([program, "run", str(scene), "--view", "none", "--web", "0", *flags],
                                         stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-        self.address = ""
+        self.address = self.url = ""
         assert self.process.stderr is not None
         for line in self.process.stderr:
-            if found := re.search(r"http://([\d.]+:\d+)/", line):
+            if found := re.search(r"(?:pass viewers on to |http://)([\d.]+:\d+)", line):
                 self.address = found.group(1)
+            if found := re.search(r"open (https?://\S+)", line):
+                self.url = found.group(1)
                 return
             print(line, end="")
 
@@ -98,6 +120,165 @@ def check_reader(run: Run) -> None:
     assert blocks["status"]["json"]["stages"], "no stages"
 
 
+class Steps:
+    """A viewer who stops a run, and takes its frames one by one."""
+
+    def __init__(self, run: Run) -> None:
+        self.stream = Stream(run.address, None)
+        self.past: dict = {}
+
+    def ask(self, message: dict, until: str) -> dict:
+        """@param until the first "frame", "state" or "error" that is an answer: others are passed over."""
+        self.stream.send(json.dumps(message))
+        return self.await_(until)
+
+    def await_(self, until: str) -> dict:
+        while True:
+            data = self.stream.message()
+            if isinstance(data, str):
+                text = json.loads(data)
+                self.past = text.get("past", self.past)
+                if until in text:
+                    return text
+            elif until == "frame" and (message := decode(data))["kind"] == "frame":
+                return {"number": message["frame"], "blocks": [b for b in message["blocks"] if b["kind"] != 4],
+                        "hash": next(b for b in message["blocks"] if b["kind"] == 4)["json"].get("state_hash")}
+
+
+def check_past(run: Run, is_moving: bool) -> None:
+    """A frame of the past is shown again as it was. Simulated again from there, the next ones have the same bits, until something is touched."""
+    viewer = Steps(run)
+    viewer.await_("frame")
+    assert "no frame of the past" in viewer.ask({"do": "again"}, "error")["error"]
+    assert "either" in viewer.ask({"do": "see"}, "error")["error"]
+    if not is_moving:
+        viewer.stream.send(json.dumps({"do": "set", "parameter": "gravity_m_s2.y", "value": -9.81}))
+    while viewer.ask({"do": "pause"}, "state")["state"] != "paused":
+        pass
+    frames = [viewer.ask({"do": "step"}, "frame")]
+    while frames[-1]["hash"] is None or len(frames) < 12:  # those from before the pause have no hash
+        frames.append(viewer.ask({"do": "step"}, "frame"))
+    frames = [f for f in frames if f["hash"]]
+    assert [f["number"] for f in frames] == list(range(frames[0]["number"], frames[-1]["number"] + 1)), [f["number"] for f in frames]
+    assert len({f["hash"] for f in frames}) == len(frames), "nothing moves, so equal bits would say nothing"
+    fifth, sixth = frames[4], frames[5]
+    assert viewer.ask({"do": "see", "frame": sixth["number"]}, "frame") == sixth
+    assert viewer.ask({"do": "see", "steps": -1}, "frame") == fifth
+    assert viewer.ask({"do": "see", "frame": 1_000_000}, "frame") == frames[-1]
+    assert viewer.ask({"do": "see", "frame": fifth["number"]}, "frame") == fifth
+    while viewer.past.get("seen") != fifth["number"]:
+        viewer.await_("state")
+    assert viewer.past["again_from"] == fifth["number"] and viewer.past["last"] == frames[-1]["number"], viewer.past
+    state = viewer.ask({"do": "again"}, "state")
+    while state["past"]["last"] != fifth["number"]:
+        state = viewer.await_("state")
+    assert state["state"] == "paused" and "seen" not in state["past"], state
+    again = []
+    while not again or again[-1]["number"] < frames[-1]["number"]:
+        viewer.stream.send('{"do": "step"}')
+        while (frame := viewer.await_("frame"))["number"] <= (again[-1] if again else fifth)["number"]:
+            pass  # the frame from which it goes on
+        again.append(frame)
+    assert again == frames[5:], "simulated again, the bits are others"
+    # Touched, they are others.
+    viewer.ask({"do": "see", "frame": fifth["number"]}, "frame")
+    viewer.stream.send('{"do": "again"}')
+    viewer.stream.send('{"do": "set", "parameter": "gravity_m_s2.y", "value": 9.81}')
+    while (state := viewer.await_("state"))["past"]["last"] != fifth["number"]:
+        pass
+    viewer.stream.send('{"do": "set", "parameter": "gravity_m_s2.y", "value": 9.81}')
+    viewer.stream.send('{"do": "step"}')
+    while (other := viewer.await_("frame"))["number"] <= fifth["number"]:
+        pass
+    assert other["number"] == sixth["number"] and other["hash"] != sixth["hash"], "a parameter that is set while it is paused isn't the next frame's"
+
+
+class TlsServer:
+    """In front of a run, as stunnel is: ends TLS, and passes bytes on as they are."""
+
+    def __init__(self, folder: pathlib.Path, port: int, to: str) -> None:
+        cert, key = folder / "cert.pem", folder / "key.pem"
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "1", "-subj", "/CN=lab.example",
+                        "-addext", "subjectAltName=DNS:lab.example", "-keyout", key, "-out", cert], check=True, capture_output=True)
+        self.context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        self.context.load_cert_chain(cert, key)
+        self.listens = socket.create_server(("127.0.0.1", port))
+        self.to = to
+        threading.Thread(target=self.accept, daemon=True).start()
+
+    def accept(self) -> None:
+        while True:
+            threading.Thread(target=self.carry, args=(self.listens.accept()[0],), daemon=True).start()
+
+    def carry(self, client: socket.socket) -> None:
+        host, port = self.to.rsplit(":", 1)
+        try:
+            with self.context.wrap_socket(client, server_side=True) as near, socket.create_connection((host, int(port))) as far:
+                near.settimeout(0.02)
+                far.settimeout(0.02)
+                while True:
+                    for one, other in ((near, far), (far, near)):
+                        try:
+                            data = one.recv(1 << 18)
+                        except TimeoutError:
+                            continue
+                        if not data:
+                            return
+                        other.settimeout(20)
+                        other.sendall(data)
+                        other.settimeout(0.02)
+        except OSError:
+            return
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as it:
+        return int(it.getsockname()[1])
+
+
+def check_tls(program: str, folder: pathlib.Path, chromium: str | None, modules: str) -> None:
+    """Behind a server that speaks TLS, Host, Origin and token are checked as without, and browsers call the page secure."""
+    port = free_port()
+    name = f"lab.example:{port}"
+    with Run(program, folder, SCENE, ("--web-control", "--web-name", name)) as run:
+        assert run.url.startswith(f"https://{name}/#token="), run.url
+        token = run.url.split("=")[1]
+        TlsServer(folder, port, run.address)
+        context = ssl.create_default_context(cafile=str(folder / "cert.pem"))
+
+        def status(path: str, host: str = name, origin: str | None = f"https://{name}") -> int:
+            with context.wrap_socket(socket.create_connection(("127.0.0.1", port), timeout=20), server_hostname="lab.example") as s:
+                upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n" if path.startswith("/stream") else ""
+                s.sendall(f"GET {path} HTTP/1.1\r\nHost: {host}\r\n{upgrade}{f'Origin: {origin}' + chr(13) + chr(10) if origin else ''}\r\n".encode())
+                return int(s.recv(12).split()[1])
+
+        stream = f"/stream?token={token}"
+        got = {text: status(*asked) for text, asked in {
+            "page": ("/",), "stream": (stream,), "NAME in capitals": (stream, f"LAB.example:{port}", f"https://LAB.example:{port}"), "a program": (stream, name, None),
+            "no token": ("/stream",), "wrong token": (stream[:-1] + ("0" if token[-1] != "0" else "1"),), "another origin": (stream, name, "https://evil.example"),
+            "http": (stream, name, f"http://other.example:{port}"), "another host": (stream, "evil.example", "https://evil.example"), "page at another host": ("/", "evil.example"),
+            "another port": (stream, "lab.example:1", "https://lab.example:1")}.items()}
+        print("behind TLS:", got)
+        assert list(got.values()) == [200, 101, 101, 101, 403, 403, 403, 403, 403, 403, 403], got
+        if not (chromium and shutil.which("node") and modules):
+            print("skipped: the browser behind TLS")
+            return
+        script = """
+const { chromium } = require(process.argv[1] + '/playwright-core');
+(async () => {
+  const browser = await chromium.launch({ executablePath: process.argv[2], args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--host-resolver-rules=MAP lab.example 127.0.0.1'] });
+  const page = await (await browser.newContext({ ignoreHTTPSErrors: true })).newPage();
+  await page.goto(process.argv[3]);
+  await page.waitForFunction(() => (window.tactus?.frames ?? 0) > 3, null, { timeout: 60000 });
+  console.log(JSON.stringify(await page.evaluate(() => ({ secure: isSecureContext, xr: 'xr' in navigator, stream: tactus.socket.url.split('?')[0] }))));
+  await browser.close();
+})();
+"""
+        out = subprocess.run(["node", "-e", script, modules, chromium, run.url], stdout=subprocess.PIPE, text=True, timeout=120, check=True).stdout
+        print("in the browser:", out.strip())
+        assert json.loads(out) == {"secure": True, "xr": True, "stream": f"wss://{name}/stream"}, out
+
+
 def node_modules() -> str:
     for folder in (os.environ.get("TACTUS_NPM", ""), "node_modules"):
         if folder and (pathlib.Path(folder) / "playwright-core").exists():
@@ -116,17 +297,28 @@ def main() -> None:
         if part == "--reader":
             with Run(program, folder) as run:
                 check_reader(run)
+            for text, is_moving in ((SCENE, False), (FILMED, True)):
+                with Run(program, folder, text) as run:
+                    check_past(run, is_moving)
+            with Run(program, folder, SCENE, ()) as run:
+                viewer = Steps(run)
+                assert "--web-control" in viewer.ask({"do": "see", "frame": 1}, "error")["error"]
             return
         chromium, modules = shutil.which("chromium"), node_modules()
+        if part == "--tls":
+            if not shutil.which("openssl"):
+                skip("openssl is not here")
+            check_tls(program, folder, chromium, modules)
+            return
         if not (chromium and shutil.which("node") and modules):
             skip("node, chromium or playwright-core is not here")
         (folder / "scene.yaml").write_text(SCENE)
         report = folder / "report.html"
         subprocess.run([program, "run", str(folder / "scene.yaml"), "--frames", "20", "--view", "none", "--report", str(report)],
                        check=True, stdout=subprocess.DEVNULL)
-        with Run(program, folder) as run:
+        with Run(program, folder) as run, Run(program, folder, HULL, ()) as hull:
             environment = dict(os.environ, TACTUS_NPM=modules)
-            code = subprocess.run(["node", str(HERE / "page_test.mjs"), chromium, f"http://{run.address}/", report.as_uri()],
+            code = subprocess.run(["node", str(HERE / "page_test.mjs"), chromium, f"http://{run.address}/", report.as_uri(), f"http://{hull.address}/"],
                                   env=environment, timeout=480, check=False).returncode
         sys.exit(code)
 

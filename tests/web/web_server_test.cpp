@@ -114,6 +114,37 @@ TEST_F(WebServerTest, ViewersGetTheSettingTheStateAndTheNewestFrame) {
   EXPECT_EQ(viewer.receive().value_or(WsClient::Message{}).bytes, "{}") << "an answer to it alone";
 }
 
+/// A browser that draws slowly takes messages all the same, and they wait in it, older and older.
+TEST_F(WebServerTest, AViewerThatSaysWhatItGotHasTheNewest) {
+  const auto server = serve();
+  WsClient viewer(server->port(), "/stream?ahead=2");
+  const auto next = [&] { return viewer.receive(1).value_or(WsClient::Message{}).bytes; };
+  const auto publish = [&](const char* frame) {
+    server->publish(std::make_shared<const std::string>(frame));
+  };
+  ASSERT_EQ(next(), "setting");
+  publish("1");
+  EXPECT_EQ(next(), "1");
+  publish("2");
+  EXPECT_EQ(next(), "2");
+  publish("3");
+  publish("4");
+  EXPECT_EQ(viewer.receive(0.3), std::nullopt) << "two are ahead";
+  server->publish_state("{}");
+  EXPECT_EQ(next(), "{}") << "texts don't wait";
+  viewer.send(R"({"do":"got"})");
+  EXPECT_EQ(next(), "4");
+  viewer.send(R"({"do": "got", "frames": 2})");
+  publish("5");
+  EXPECT_EQ(next(), "5");
+  publish("6");
+  EXPECT_EQ(next(), "6");
+  viewer.send(R"({"do":"got","frames":-5})");
+  viewer.send(R"({"do":"got","frames":"x"})");
+  publish("7");
+  EXPECT_NE(next(), "7");
+}
+
 TEST_F(WebServerTest, MessagesThatNoViewerSendsEndTheConnection) {
   const auto server = serve();
   for (const unsigned char first_byte : {0x82, 0x01}) {  // binary; a part of a text
@@ -198,7 +229,7 @@ TEST_F(WebServerTest, ARunIsSeenStoppedAndTouched) {
                .allows_control = true,
                .parameters = {world.parameters().list().begin(), world.parameters().list().end()}});
   FrameLoop loop(*source, world, {.should_stop = [&] { return web.wait_for_turn([] { return false; }); }});
-  loop.add(web);
+  web.join(loop, world);
   std::thread runs([&] { loop.run(); });
   const int port = std::stoi(web.url().substr(web.url().rfind(':') + 1));
   WsClient viewer(port, "/stream");

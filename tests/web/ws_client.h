@@ -33,6 +33,7 @@ class WsClient {
   struct Message {
     bool is_binary = false;
     std::string bytes;
+    friend bool operator==(const Message&, const Message&) = default;
   };
   /// The next message; none when the connection ended or nothing came in time.
   std::optional<Message> receive(double seconds = 5);

@@ -37,74 +37,92 @@ void print_bodies(const World& world, bool with_devices) {
   }
 }
 
-/// Numbered or named by the scene, in a folder that no other run may write meanwhile.
-bool writes_into_folder(const RunOptions& options, const Scene& scene) {
-  return options.view == "file" || scene.output.mesh_every > 0 || scene.output.vtk_every > 0 ||
-         scene.output.usd_every > 0 || scene.output.trace;
-}
-
-}  // namespace
-
-void run_scene(const RunOptions& options, const Scene& scene) {
-  const double budget_s = parse_budget_s(options.budget);
-  std::optional<FolderLock> lock;
-  if (writes_into_folder(options, scene)) lock.emplace(options.out);
-  if (!options.json_path.empty()) output_is_writable(options.json_path);
-  if (!options.checkpoint_path.empty()) output_is_writable(options.checkpoint_path);
-  DeviceSet devices(options.devices);
-  std::unique_ptr<FrameSource> source = open_scene_source(scene, options.scene_path);
-  const BodyAssets assets = load_body_assets(scene);
-  const auto perception = make_perception(devices, scene, source->rig(), assets, budget_s > 0);
-  World world(devices, scene, assets, perception.get());
-  print_bodies(world, options.explain && devices.count() > 1);
-
-  const std::string stem =
-      (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
-  RunSinks sinks;
+/// The sinks that write files or look for problems.
+void open_sinks(const RunOptions& options, const Scene& scene, const FrameSource& source,
+                const BodyAssets& assets, World& world, const std::string& stem, RunSinks& sinks) {
   if (!options.json_path.empty()) sinks.report.emplace(scene, options.contacts);
   for (const std::string& body : options.contacts) world.report_contacts(body);
   if (options.explain) sinks.explain.emplace(scene);
-  const double frames_per_s = std::clamp(source->fps().value_or(30), 1.0, 240.0);  // a film's
+  const double frames_per_s = std::clamp(source.fps().value_or(30), 1.0, 240.0);  // a film's
   if (scene.output.vtk_every > 0) sinks.vtk.emplace(scene.output.vtk_every, stem);
   if (scene.output.usd_every > 0) sinks.usd.emplace(scene, assets, stem, frames_per_s);
   if (scene.output.mesh_every > 0) sinks.meshes.emplace(scene, stem);
   if (options.view == "file") {
     check_opengl();
-    sinks.pictures.emplace(scene, source->rig(), assets, world, stem, frames_per_s);
+    sinks.pictures.emplace(scene, source.rig(), assets, world, stem, frames_per_s);
   }
-  if (budget_s > 0) {
+  if (const double budget_s = parse_budget_s(options.budget); budget_s > 0) {
     sinks.budget.emplace(budget_s, world, sinks.pictures && scene.view.photographs > 0);
     if (sinks.pictures) sinks.pictures->follow(*sinks.budget);
   }
+  sinks.progress.emplace(isatty(STDERR_FILENO) != 0 && log_level() == LogLevel::info);
+}
+
+/// @param web of all its runs; opened by the first. @returns whether a viewer wants it again from a frame of
+/// the past.
+bool run_once(const RunOptions& options, const Scene& scene, DeviceSet& devices,
+              std::unique_ptr<WebSink>& web) {
+  std::unique_ptr<FrameSource> source = open_scene_source(scene, options.scene_path);
+  const BodyAssets assets = load_body_assets(scene);
+  const auto perception =
+      make_perception(devices, scene, source->rig(), assets, parse_budget_s(options.budget) > 0);
+  World world(devices, scene, assets, perception.get());
+  print_bodies(world, options.explain && devices.count() > 1);
+  const std::string stem =
+      (std::filesystem::path(options.out) / std::filesystem::path(options.scene_path).stem()).string();
+  RunSinks sinks;
+  open_sinks(options, scene, *source, assets, world, stem, sinks);
   RunProgress progress;
-  if (!options.restart_path.empty())
+  const bool goes_back = web != nullptr;
+  if (!options.restart_path.empty() && !goes_back)
     progress = read_checkpoint(options.restart_path, options.scene_path, *source, world);
-  set_parameters(world.parameters(), options.parameters);
+  if (!goes_back) set_parameters(world.parameters(), options.parameters);
   RecordingFilter* recorder = nullptr;
   if (!options.record_path.empty()) {
     auto recorded = std::make_unique<RecordingFilter>(std::move(source), options.record_path);
     recorder = recorded.get();
     source = std::move(recorded);
   }
-  const std::unique_ptr<WebSink> web =
-      open_web_sink(options, scene, source->rig(), assets, world, devices.name());
+  if (!goes_back) web = open_web_sink(options, scene, source->rig(), assets, world, devices.name());
   const std::unique_ptr<ReplaySink> replay =
       open_replay_sink(options, scene, source->rig(), assets, devices.name());
-  FrameLoop loop(*source, world, {.most_frames = options.frames, .should_stop = [&web] {
-                                    return web ? web->wait_for_turn(interrupted) : interrupted();
-                                  }});
+  if (web) progress = web->begins_at(*source, world, options.scene_path, progress);
+  const int before = web ? web->frames_before() : 0;
+  const auto should_stop = [&] { return web ? web->wait_for_turn(interrupted) : interrupted(); };
+  FrameLoop loop(
+      *source, world,
+      {.most_frames = options.frames > 0 ? options.frames - before : 0, .should_stop = should_stop});
   loop.go_on_from(progress);
-  sinks.progress.emplace(isatty(STDERR_FILENO) != 0 && log_level() == LogLevel::info);
   sinks.add_to(loop);
   if (replay) loop.add(*replay);
-  if (web) loop.add(*web);
-  loop.run();
+  if (web) web->join(loop, world);
+  if (options.frames == 0 || options.frames > before) loop.run();
   if (recorder != nullptr) recorder->finish();
   if (replay)
     log_info("report: " + options.report_path + ", " + std::to_string(replay->frames()) + " frames, " +
              bytes_text(static_cast<double>(replay->bytes())));
-  if (web) web->stay(interrupted);
+  if (web && web->stay(interrupted)) return true;
   finish_run(options, scene, *source, world, loop, sinks, stem, devices.name());
+  return false;
+}
+
+}  // namespace
+
+bool writes_into_folder(const RunOptions& options, const Scene& scene) {
+  return options.view == "file" || scene.output.mesh_every > 0 || scene.output.vtk_every > 0 ||
+         scene.output.usd_every > 0 || scene.output.trace;
+}
+
+void run_scene(const RunOptions& options, const Scene& scene) {
+  parse_budget_s(options.budget);  // before the work
+  std::optional<FolderLock> lock;
+  if (writes_into_folder(options, scene)) lock.emplace(options.out);
+  if (!options.json_path.empty()) output_is_writable(options.json_path);
+  if (!options.checkpoint_path.empty()) output_is_writable(options.checkpoint_path);
+  DeviceSet devices(options.devices);
+  std::unique_ptr<WebSink> web;
+  while (run_once(options, scene, devices, web)) {
+  }
 }
 
 void add_run_command(CLI::App& app) {

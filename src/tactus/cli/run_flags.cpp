@@ -35,8 +35,10 @@ void check_recorded(const RunOptions& options, const Scene& scene) {
 
 void check_web(const RunOptions& options) {
   if (options.shows_web) return;
-  for (const auto& [flag, is_given] : {std::pair{"--web-control", options.web_control},
-                                       std::pair{"--web-token", !options.web_token.empty()}})
+  for (const auto& [flag, is_given] :
+       {std::pair{"--web-control", options.web_control}, std::pair{"--web-token", !options.web_token.empty()},
+        std::pair{"--web-name", !options.web_name.empty()},
+        std::pair{"--web-past", options.web_past_MB != RunOptions().web_past_MB}})
     if (is_given) throw usage_error(std::string(flag) + " goes with --web, which is not given");
 }
 
@@ -80,6 +82,13 @@ void add_web_flags(CLI::App& command, RunOptions& options) {
                    "viewers may pause, step, change parameters, hold tools and grab tissue");
   command.add_option("--web-token", options.web_token,
                      "file with the word that viewers must know; without it, one is made where it is needed");
+  command.add_option("--web-name", options.web_name,
+                     "NAME:PORT at which a TLS server of yours passes viewers on (docs/web.md)");
+  command
+      .add_option("--web-past", options.web_past_MB,
+                  "most memory in MB for frames that viewers may go back to, with --web-control; 0: none")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str();
 }
 
 }  // namespace

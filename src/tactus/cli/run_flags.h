@@ -22,9 +22,10 @@ struct RunOptions {
   bool explain = false;                  ///< where and why bodies are strained
   std::vector<std::string> contacts;     ///< bodies whose contacts are reported point by point
   bool shows_web = false;                ///< to browsers, while it runs
-  std::string web, web_token;            ///< ADDR:PORT; a file
+  std::string web, web_token, web_name;  ///< ADDR:PORT; a file; NAME:PORT
   std::string report_path;               ///< HTML
   bool web_control = false;              ///< browsers may pause, step, set parameters and hold tools
+  std::size_t web_past_MB = 256;         ///< of frames that viewers saw
   std::vector<std::string> parameters;   ///< "NAME=VALUE": of the scene, from its first frame on
 };
 
@@ -37,6 +38,8 @@ Scene scene_of(const RunOptions& options);
 void run_scene(const RunOptions& options, const Scene& scene);
 /// @param settings "NAME=VALUE". @throws usage Error naming the one that is none, or that can't be set.
 void set_parameters(SceneParameters& parameters, const std::vector<std::string>& settings);
+/// Whether it writes files numbered or named by the scene, in a folder that no other run may write meanwhile.
+bool writes_into_folder(const RunOptions& options, const Scene& scene);
 /// The recording or live rig that replaces a scene's own source. @param flag before the message
 SourceDescription source_of_file(const std::string& path, const std::string& flag);
 /// "11ms" or "0.011s" in seconds; 0 for "". @throws usage Error naming the flag.

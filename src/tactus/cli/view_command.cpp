@@ -40,19 +40,24 @@ void view_in_browsers(const ViewFlags& flags) {
   RunOptions options;
   options.shows_web = options.web_control = true;
   options.web = flags.web;
+  options.web_past_MB = flags.past_MB;
+  options.view = "none";
   ViewedScene viewed = viewed_scene(flags.path, flags.source_path, flags.tool);
   viewed.scene.source.plain = flags.plain;
   const Scene& scene = viewed.scene;
   DeviceSet devices(flags.devices);
-  const std::unique_ptr<FrameSource> source = open_scene_source(scene, flags.path);
-  const BodyAssets assets = load_body_assets(scene);
-  const auto perception = make_perception(devices, scene, source->rig(), assets);
-  World world(devices, scene, assets, perception.get());
-  const auto web = open_web_sink(options, scene, source->rig(), assets, world, devices.name());
-  FrameLoop loop(*source, world, {.should_stop = [&web] { return web->wait_for_turn(interrupted); }});
-  loop.add(*web);
-  loop.run();
-  web->stay(interrupted);
+  std::unique_ptr<WebSink> web;
+  do {
+    const std::unique_ptr<FrameSource> source = open_scene_source(scene, flags.path);
+    const BodyAssets assets = load_body_assets(scene);
+    const auto perception = make_perception(devices, scene, source->rig(), assets);
+    World world(devices, scene, assets, perception.get());
+    if (!web) web = open_web_sink(options, scene, source->rig(), assets, world, devices.name());
+    FrameLoop loop(*source, world, {.should_stop = [&web] { return web->wait_for_turn(interrupted); }});
+    loop.go_on_from(web->begins_at(*source, world, flags.path));
+    web->join(loop, world);
+    loop.run();
+  } while (web->stay(interrupted));
 }
 
 void view(const ViewFlags& flags) {

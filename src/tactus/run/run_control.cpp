@@ -123,10 +123,16 @@ bool RunControl::begin() {
   is_first_ = true;
   steps_ = 0;
   due_s_ = 0;
+  if (state_ == State::ended) state_ = State::paused;
   poses_.clear();
   parameters_.clear();
   grab_.reset();
   return std::exchange(goes_back_, false);
+}
+
+bool RunControl::goes_back() const {
+  const std::lock_guard lock(mutex_);
+  return goes_back_;
 }
 
 double RunControl::left_s(bool is_unseen) const {

@@ -67,8 +67,10 @@ class RunControl {
   std::map<std::string, double> pending_parameters() const;
 
   // For the physics' thread.
-  /// A run begins anew. @returns whether it goes back.
+  /// A run begins anew; one that had ended is paused. @returns whether it goes back.
   bool begin();
+  /// It is to, and hasn't begun.
+  bool goes_back() const;
   /// Waits until the next frame may run: somebody looks, nobody paused, its time has come. A pause ends when
   /// the last viewer left.
   /// @param is_unseen nobody has seen the last frame: a pause lets one more run, which is shown

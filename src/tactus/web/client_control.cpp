@@ -55,38 +55,60 @@ void ClientControl::let_go_of_old_grabs(double now_s) {
   run_.set_grab(std::nullopt);
 }
 
-std::string ClientControl::handle(std::string_view text) {
-  ClientMessage message;
-  try {
-    if (!options_.is_allowed) throw Error("viewers may only look: start the run with --web-control");
-    message = parse_client_message(text);
-    check(message);
-  } catch (const Error& error) {
-    return error.what();
-  }
+/// Nobody may look at a frame while the next one replaces it.
+void ClientControl::see(const ClientMessage& message) {
+  if (options_.past == nullptr) throw Error("'see': this run keeps no frames");
+  run_.set_paused(true);
+  message.frame ? options_.past->see(*message.frame) : options_.past->move(*message.steps);
+}
+
+void ClientControl::simulate_again() {
+  if (options_.past == nullptr) throw Error("'again': this run keeps no frames");
+  if (const std::string why = options_.why_not_again ? options_.why_not_again() : ""; !why.empty())
+    throw Error("'again': " + why);
+  options_.past->ask_again();
+  release();
+  run_.go_back();
+}
+
+void ClientControl::leave_past() {
+  if (options_.past != nullptr) options_.past->leave();
+}
+
+void ClientControl::carry_out(const ClientMessage& message) {
   switch (message.kind) {
     case ClientMessage::Kind::pause:
-      run_.set_paused(true);
-      break;
+      return run_.set_paused(true);
     case ClientMessage::Kind::run:
-      run_.set_paused(false);
-      break;
+      leave_past();
+      return run_.set_paused(false);
     case ClientMessage::Kind::step:
-      run_.step();
-      break;
+      leave_past();
+      return run_.step();
     case ClientMessage::Kind::pose:
-      message.is_put ? run_.put_tool(message.name, message.T_world_obstacle)
-                     : run_.move_tool(message.name, message.T_world_obstacle, message.most_m_s);
-      break;
+      return message.is_put ? run_.put_tool(message.name, message.T_world_obstacle)
+                            : run_.move_tool(message.name, message.T_world_obstacle, message.most_m_s);
     case ClientMessage::Kind::grab:
-      grab(message);
-      break;
+      return grab(message);
     case ClientMessage::Kind::release:
-      release();
-      break;
+      return release();
     case ClientMessage::Kind::set:
-      run_.set_parameter(message.name, message.value);
-      break;
+      return run_.set_parameter(message.name, message.value);
+    case ClientMessage::Kind::see:
+      return see(message);
+    case ClientMessage::Kind::again:
+      return simulate_again();
+  }
+}
+
+std::string ClientControl::handle(std::string_view text) {
+  try {
+    if (!options_.is_allowed) throw Error("viewers may only look: start the run with --web-control");
+    const ClientMessage message = parse_client_message(text);
+    check(message);
+    carry_out(message);
+  } catch (const Error& error) {
+    return error.what();
   }
   return "";
 }

@@ -1,5 +1,6 @@
 #pragma once
 /// Requests of viewers of a page.
+#include <functional>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -7,6 +8,7 @@
 
 #include "tactus/run/run_control.h"
 #include "tactus/web/client_message.h"
+#include "tactus/web/web_past.h"
 
 namespace tactus {
 
@@ -14,10 +16,12 @@ namespace tactus {
 class ClientControl {
  public:
   struct Options {
-    bool is_allowed = false;                 ///< else every message is refused by name
-    std::vector<std::string> held;           ///< obstacles and blades that viewers may move
-    std::vector<SceneParameter> parameters;  ///< those that viewers may set
-    std::vector<std::string> grabbed = {};   ///< bodies that viewers may grab
+    bool is_allowed = false;                          ///< else every message is refused by name
+    std::vector<std::string> held;                    ///< obstacles and blades that viewers may move
+    std::vector<SceneParameter> parameters;           ///< those that viewers may set
+    std::vector<std::string> grabbed = {};            ///< bodies that viewers may grab
+    WebPast* past = nullptr;                          ///< frames that viewers may go back to; nullptr: none
+    std::function<std::string()> why_not_again = {};  ///< "": viewers may simulate again from there
   };
   /// @param run must outlive this
   ClientControl(Options options, RunControl& run) : options_(std::move(options)), run_(run) {}
@@ -33,6 +37,10 @@ class ClientControl {
   void check(const ClientMessage& message) const;
   void grab(const ClientMessage& message);
   void release();
+  void see(const ClientMessage& message);
+  void simulate_again();
+  void leave_past();
+  void carry_out(const ClientMessage& message);
 
   Options options_;
   RunControl& run_;

@@ -17,6 +17,8 @@ using Json = nlohmann::json;
 
 /// Farther than any workspace: a pose that is not meant.
 constexpr double kFar_m = 100;
+/// A year of frames.
+constexpr double kMostFrame = 1e9;
 
 template <std::size_t n>
 std::array<double, n> numbers(const Json& message, const char* key, double most) {
@@ -58,6 +60,18 @@ double speed_of(const Json& message, const char* key, double otherwise) {
   return found->get<double>();
 }
 
+/// A whole number, from -most or from 0; none where the key is absent.
+std::optional<int> whole_of(const Json& message, const char* key, bool is_signed) {
+  const auto found = message.find(key);
+  if (found == message.end()) return std::nullopt;
+  const double least = is_signed ? -kMostFrame : 0;
+  const double value = found->is_number() ? found->get<double>() : std::nan("");
+  if (!(value >= least && value <= kMostFrame) || value != std::floor(value))
+    throw Error(std::string("'") + key + "': expected a whole number, " + number_text(least) + " to " +
+                number_text(kMostFrame));
+  return static_cast<int>(value);
+}
+
 Rigidd pose_of(const Json& message) {
   const auto p = numbers<3>(message, "position_m", kFar_m);
   const auto q = numbers<4>(message, "quaternion", 1.001);
@@ -78,7 +92,8 @@ ClientMessage parse_client_message(std::string_view text) {
                 std::to_string(kMostClientBytes));
   const Json message = Json::parse(text, nullptr, false);
   if (message.is_discarded() || !message.is_object()) throw Error("a message that is no JSON object");
-  static const std::vector<std::string> kKnown{"pause", "run", "step", "pose", "set", "grab", "release"};
+  static const std::vector<std::string> kKnown{"pause", "run",     "step", "pose", "set",
+                                               "grab",  "release", "see",  "again"};
   const std::string asked = text_of(message, "do");
   const auto found = std::find(kKnown.begin(), kKnown.end(), asked);
   if (found == kKnown.end())
@@ -105,7 +120,26 @@ ClientMessage parse_client_message(std::string_view text) {
     read.value = value->get<double>();
     if (!std::isfinite(read.value)) throw Error("'value': expected a finite number");
   }
+  if (read.kind == ClientMessage::Kind::see) {
+    read.frame = whole_of(message, "frame", false);
+    read.steps = whole_of(message, "steps", true);
+    if (read.frame.has_value() == read.steps.has_value())
+      throw Error("'see': expected either 'frame' or 'steps'");
+  }
   return read;
+}
+
+int frames_got(std::string_view text) {
+  constexpr std::size_t kLongest = 64;
+  if (text.size() > kLongest || text.find("\"got\"") == text.npos)
+    return 0;  // most messages aren't read twice
+  const Json message = Json::parse(text, nullptr, false);
+  if (!message.is_object() || message.value("do", Json()) != "got") return 0;
+  const auto frames = message.find("frames");
+  if (frames == message.end()) return 1;
+  return frames->is_number_integer()
+             ? static_cast<int>(std::clamp<std::int64_t>(frames->get<std::int64_t>(), 0, 100))
+             : 0;
 }
 
 }  // namespace tactus

@@ -50,7 +50,10 @@ void put_message(std::string& to, const std::string& message) {
 }  // namespace
 
 ReplaySink::ReplaySink(StreamScene scene, std::string path, std::size_t most_bytes)
-    : scene_(std::move(scene)), path_(std::move(path)), most_bytes_(most_bytes), status_(scene_.held()) {
+    : scene_(std::move(scene)),
+      path_(std::move(path)),
+      most_bytes_(most_bytes),
+      status_(scene_.held(), scene_.facts().budget_s) {
   if (const std::string missing = web_page_missing(); !missing.empty())
     throw Error("--report '" + path_ + "' needs the page, which this program was built without: " + missing);
   output_is_writable(path_);

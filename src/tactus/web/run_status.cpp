@@ -54,9 +54,14 @@ void RunStatus::add_times(const Timings& timings) {
   }
 }
 
-std::shared_ptr<const std::string> RunStatus::look(RunFrame& frame, bool at_once) {
+void RunStatus::forget() {
+  stages_.clear();
+  text_ = nullptr;
+}
+
+std::shared_ptr<const std::string> RunStatus::look(RunFrame& frame, bool is_paused) {
   const double now = now_s();
-  const bool makes = at_once || text_ == nullptr || now - made_s_ >= kPeriod_s;
+  const bool makes = is_paused || text_ == nullptr || now - made_s_ >= kPeriod_s;
   if (makes) {
     // Stages that ran for the first time since then.
     const std::vector<std::string> names = frame.world.timings().stages();
@@ -66,17 +71,20 @@ std::shared_ptr<const std::string> RunStatus::look(RunFrame& frame, bool at_once
     }
   }
   add_times(frame.world.timings());
+  if (frame.report.dt_s > 0) frame_s_ = frame.report.dt_s;
   if (makes) {
-    text_ = std::make_shared<const std::string>(text(frame));
+    text_ = std::make_shared<const std::string>(text(frame, is_paused));
     made_s_ = now;
   }
   return text_;
 }
 
-std::string RunStatus::text(RunFrame& frame) {
+std::string RunStatus::text(RunFrame& frame, bool has_hash) {
   World& world = frame.world;
   nlohmann::json json{{"substeps", frame.report.substeps}, {"notices", notices_json(frame.notices)}};
   if (const double pull_N = length(frame.report.grab_N); pull_N > 0) json["pull_N"] = pull_N;
+  if (const double s = budget_s_ > 0 ? budget_s_ : frame_s_; s > 0) json["budget_ms"] = 1e3 * s;
+  if (has_hash) json["state_hash"] = state_hash(world);
   if (frames_in_all_) json["frames_in_all"] = *frames_in_all_;
   json["stages"] = nlohmann::json::array();
   for (const Stage& stage : stages_)

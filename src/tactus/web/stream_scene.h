@@ -15,6 +15,7 @@ namespace tactus {
 /// Where and by which program a run is made, for its viewers.
 struct RunFacts {
   std::string version, commit, machine, devices;
+  double budget_s = 0;  ///< of a frame (--budget); 0: the time from frame to frame
 };
 
 /// Vertices that a surface has more than once, at its creases. Which ones changes as it deforms; here they

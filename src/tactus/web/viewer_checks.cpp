@@ -1,11 +1,24 @@
 #include "tactus/web/viewer_checks.h"
 
-namespace tactus {
+#include <algorithm>
 
-std::string host_refusal(bool is_loopback, std::string_view host) {
+namespace tactus {
+namespace {
+
+/// Names of computers have no case.
+bool is_same_name(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [&](char x, char y) { return lower(x) == lower(y); });
+}
+
+}  // namespace
+
+std::string host_refusal(bool is_loopback, std::string_view host, std::string_view name) {
   if (!is_loopback) return "";  // the token is asked for there
-  const std::string_view name = host.substr(0, host.rfind(':'));
-  if (name == "localhost" || name == "127.0.0.1") return "";
+  if (!name.empty() && is_same_name(host, name)) return "";
+  const std::string_view here = host.substr(0, host.rfind(':'));
+  if (here == "localhost" || here == "127.0.0.1") return "";
   return "this server is for its own computer: open it as http://127.0.0.1 or http://localhost";
 }
 

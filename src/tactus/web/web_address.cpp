@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "tactus/base/error.h"
+#include "tactus/base/printable.h"
 #include "tactus/web/web_server.h"
 
 namespace tactus {
@@ -52,6 +53,19 @@ WebSettings parse_web_address(const std::string& text) {
       throw refuse(text, "'" + port + "' is no port from 0 to 65535");
   }
   return settings;
+}
+
+std::string parse_web_name(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  const std::string name = text.substr(0, colon), port = colon == text.npos ? "443" : text.substr(colon + 1);
+  constexpr const char* kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789.-";
+  const bool is_name = !name.empty() && name.size() <= 253 && name.find_first_not_of(kLetters) == name.npos;
+  const bool is_port = !port.empty() && port.size() <= 5 &&
+                       port.find_first_not_of("0123456789") == port.npos && std::stoi(port) > 0 &&
+                       std::stoi(port) <= 65535;
+  if (is_name && is_port) return port == "443" ? name : text;
+  throw usage_error("--web-name '" + printable(text) +
+                    "': expected the name of a computer and a port, as browsers open it: lab.example:8443");
 }
 
 std::string make_web_token() {

@@ -36,10 +36,13 @@ namespace {
 
 using Bytes = std::shared_ptr<const std::string>;
 
-/// One viewer: a thread that sends, and the newest of what it is to send.
+/// One viewer: a thread that sends, and the newest frame. Browsers take messages from the
+/// network while they draw, without bounds: only a viewer that says which frames it got has the newest.
 class Viewer {
  public:
-  Viewer(mg_connection* connection, Bytes setting) : connection_(connection) {
+  /// @param most_ahead frames that it hasn't got yet; 0: it doesn't say so
+  Viewer(mg_connection* connection, Bytes setting, int most_ahead)
+      : connection_(connection), most_ahead_(most_ahead) {
     messages_.push_back({std::move(setting), MG_WEBSOCKET_OPCODE_BINARY});
     thread_ = std::thread([this] { send(); });
   }
@@ -61,6 +64,13 @@ class Viewer {
     }
     changed_.notify_one();
   }
+  void note_got(int frames) {
+    {
+      const std::lock_guard lock(mutex_);
+      ahead_ = std::max(ahead_ - frames, 0);
+    }
+    changed_.notify_one();
+  }
   void give_text(Bytes text) {
     {
       const std::lock_guard lock(mutex_);
@@ -76,16 +86,18 @@ class Viewer {
   };
   static constexpr std::size_t kMostTexts = 32;
 
+  bool may_send_frame() const { return frame_ != nullptr && (most_ahead_ == 0 || ahead_ < most_ahead_); }
   void send() {
     while (true) {
       Message next{nullptr, MG_WEBSOCKET_OPCODE_BINARY};
       {
         std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return closes_ || frame_ != nullptr || !messages_.empty(); });
+        changed_.wait(lock, [&] { return closes_ || may_send_frame() || !messages_.empty(); });
         if (closes_) return;
         if (messages_.empty()) {
           next.bytes = std::move(frame_);
           frame_ = nullptr;
+          ++ahead_;
         } else {
           next = std::move(messages_.front());
           messages_.pop_front();
@@ -97,6 +109,8 @@ class Viewer {
   }
 
   mg_connection* connection_;
+  const int most_ahead_;
+  int ahead_ = 0;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Message> messages_;
@@ -183,7 +197,7 @@ std::string WebServer::Impl::refusal(const mg_connection* connection) const {
     const char* value = mg_get_header(connection, name);
     return std::string(value == nullptr ? "" : value);
   };
-  return host_refusal(settings.is_loopback(), text("Host"));
+  return host_refusal(settings.is_loopback(), text("Host"), settings.name);
 }
 
 int WebServer::Impl::page(mg_connection* connection) const {
@@ -235,7 +249,9 @@ int WebServer::Impl::connect(mg_connection* connection) {
 
 void WebServer::Impl::add(mg_connection* connection) {
   const std::lock_guard lock(mutex);
-  const auto viewer = std::make_shared<Viewer>(connection, setting);
+  const std::string ahead = query_value(*mg_get_request_info(connection), "ahead");
+  const bool is_number = ahead.size() == 1 && ahead[0] >= '1' && ahead[0] <= '9';
+  const auto viewer = std::make_shared<Viewer>(connection, setting, is_number ? ahead[0] - '0' : 0);
   if (newest_state) viewer->give_text(newest_state);
   if (newest_frame) viewer->give_frame(newest_frame);
   viewers.emplace_back(connection, viewer);
@@ -258,11 +274,13 @@ int WebServer::Impl::take(mg_connection* connection, int bits, std::string_view 
   if (opcode == MG_WEBSOCKET_OPCODE_PING || opcode == MG_WEBSOCKET_OPCODE_PONG) return 1;
   const bool is_whole = (bits & 0x80) != 0;
   if (opcode != MG_WEBSOCKET_OPCODE_TEXT || !is_whole || text.size() > kMostClientBytes) return 0;
-  const std::string reply = on_message ? on_message(text) : "";
-  if (reply.empty()) return 1;
+  const int got = frames_got(text);
+  const std::string reply = got == 0 && on_message ? on_message(text) : "";
+  if (reply.empty() && got == 0) return 1;
   const std::lock_guard lock(mutex);
   for (const auto& [of, viewer] : viewers)
-    if (of == connection) viewer->give_text(std::make_shared<const std::string>(reply));
+    if (of == connection)
+      got > 0 ? viewer->note_got(got) : viewer->give_text(std::make_shared<const std::string>(reply));
   return 1;
 }
 
@@ -311,7 +329,7 @@ void WebServer::Impl::start() {
 }
 
 WebServer::WebServer(const WebSettings& settings, std::string setting, OnMessage on_message) {
-  if (!settings.is_loopback() && settings.token.empty())
+  if (settings.needs_token() && settings.token.empty())
     throw usage_error("--web " + settings.address + ": an address that others reach needs a token");
   impl_ = std::make_unique<Impl>(settings, std::move(setting), std::move(on_message));
 }
@@ -361,7 +379,8 @@ int WebServer::port() const { return impl_->listening_port; }
 std::string WebServer::url() const {
   const WebSettings& s = impl_->settings;
   const std::string host = s.address == "0.0.0.0" ? "THIS-COMPUTER" : s.address;
-  return "http://" + host + ":" + std::to_string(port()) + "/" + (s.token.empty() ? "" : "#token=" + s.token);
+  return (s.name.empty() ? "http://" + host + ":" + std::to_string(port()) : "https://" + s.name) + "/" +
+         (s.token.empty() ? "" : "#token=" + s.token);
 }
 
 }  // namespace tactus

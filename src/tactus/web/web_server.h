@@ -11,11 +11,16 @@ struct WebSettings {
   std::string address = "127.0.0.1";
   int port = 8090;         ///< 0: one that is free
   std::string token = {};  ///< "": none is needed, on loopback alone
+  /// NAME or NAME:PORT as browsers send it, of a server in front that passes viewers on; "": there is none.
+  std::string name = {};
   bool is_loopback() const { return address == "127.0.0.1"; }
+  bool needs_token() const { return !is_loopback() || !name.empty(); }
 };
 
 /// "ADDR:PORT", "ADDR" or "PORT"; "" is 127.0.0.1:8090. @throws usage Error naming the flag --web.
 WebSettings parse_web_address(const std::string& text);
+/// Checks WebSettings::name. @throws usage Error naming the flag --web-name.
+std::string parse_web_name(const std::string& text);
 /// 128 random bits as 32 hexadecimal digits. @throws Error where the system gives none.
 std::string make_web_token();
 
@@ -27,8 +32,7 @@ class WebServer {
   using OnMessage = std::function<std::string(std::string_view)>;
   static constexpr int kMostViewers = 32;
 
-  /// @param setting first message to each viewer @throws usage Error for an address that isn't loopback
-  /// without a token.
+  /// @param setting first message to each viewer @throws usage Error without a token where one is needed.
   WebServer(const WebSettings& settings, std::string setting, OnMessage on_message);
   ~WebServer();
   WebServer(const WebServer&) = delete;

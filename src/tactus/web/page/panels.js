@@ -25,6 +25,12 @@ export class Panels {
     $('facts').replaceChildren(...facts.flatMap(([key, value]) => [element('dt', {}, key), element('dd', {}, value)]));
   }
 
+  // ages: from the capture of images to their drawn picture, of the newest frames [ms].
+  age(ages) {
+    const sorted = [...ages].sort((a, b) => a - b), at = (share) => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+    $('age').textContent = sorted.length ? `Capture to canvas: p50 ${ms(at(0.5))} ms, p99 ${ms(at(0.99))} ms` : '';
+  }
+
   state(state) {
     $('state').textContent = state;
     $('state').className = `chip ${state}`;
@@ -35,23 +41,31 @@ export class Panels {
   }
 
   status(json) {
-    this.stages(json.stages ?? []);
+    this.stages(json.stages ?? [], json.budget_ms);
     this.bodies(json.bodies ?? [], json.liquid);
     this.notices(json.notices ?? []);
   }
 
-  // The longest twelve. The width is twice the frame's median: what is longer ends there.
-  stages(stages) {
+  // The longest twelve. The width is a quarter more than the budget, or the longest median: what is longer ends there.
+  stages(stages, budget) {
     const whole = stages.find((s) => s.name === 'frame'), rest = stages.filter((s) => s !== whole);
     rest.sort((a, b) => b.p50_ms - a.p50_ms || a.name.localeCompare(b.name));
     const shown = [...(whole ? [whole] : []), ...rest.slice(0, 11)];
-    const width = Math.max(1e-3, 2 * (whole?.p50_ms ?? 0), ...shown.map((s) => s.p50_ms)), percent = (x) => Math.min(100, 100 * x / width);
+    const width = Math.max(1e-3, budget ? 1.25 * budget : 2 * (whole?.p50_ms ?? 0), ...shown.map((s) => s.p50_ms)), percent = (x) => Math.min(100, 100 * x / width);
+    const over = (s) => (!budget ? '' : s.p50_ms > budget ? 'over' : s.p99_ms > budget ? 'p99 over' : '');
+    $('budget').textContent = budget && whole ? `Budget ${ms(budget)} ms: ${over(whole) ? `${over(whole) === 'over' ? 'median' : 'p99'} over by ${ms((over(whole) === 'over' ? whole.p50_ms : whole.p99_ms) - budget)} ms` : 'kept'}` : '';
     $('stages').replaceChildren(...shown.map((s) => {
       const fill = element('div', { class: 'fill' }), mark = element('div', { class: 'mark' });
       fill.style.width = `${percent(s.p50_ms)}%`;
       mark.style.left = `calc(${percent(s.p99_ms)}% - 2px)`;
-      return element('div', { class: 'stage', title: s.name }, element('span', { class: 'name' }, s.name), element('div', { class: 'track' }, fill, mark),
-        element('span', { class: 'ms' }, ms(s.p50_ms)), element('span', { class: 'ms' }, ms(s.p99_ms)));
+      const track = element('div', { class: 'track' }, fill, mark);
+      if (budget) {
+        const limit = element('div', { class: 'limit' });
+        limit.style.left = `calc(${percent(budget)}% - 1px)`;
+        track.append(limit);
+      }
+      return element('div', { class: 'stage', title: s.name }, element('span', { class: 'name' }, s.name), track,
+        element('span', { class: 'ms' }, ms(s.p50_ms)), element('span', { class: 'ms' }, ms(s.p99_ms)), element('span', { class: 'over' }, over(s)));
     }));
   }
 

@@ -96,7 +96,7 @@ export function addTools(THREE, run) {
   };
 
   viewer.grab = (event) => {
-    if (event.button !== 0 || held || run.grasp) return false;
+    if (event.button !== 0 || held || run.grasp || run.past?.seen) return false;
     const tool = setting.held.includes(run.hand) ? run.hand : setting.held[0];
     const hand = event.ctrlKey || event.metaKey ? 'grab' : event.shiftKey ? tool : run.hand;
     let isTaken = false;

@@ -47,6 +47,7 @@ export class Viewer {
     this.resize();
     this.slow = 0;
     this.onFrame = null;
+    this.onDrawn = null;  // after each picture
     this.renderer.setAnimationLoop((time, xrFrame) => this.draw(xrFrame));
   }
 
@@ -285,6 +286,7 @@ export class Viewer {
       if (thing.kind === BLOCK.particles) Object.assign(thing.object.material.uniforms.height_px, { value: height });
     const begin = performance.now();
     this.renderer.render(this.scene, this.camera);
+    this.onDrawn?.();
     // Software drivers draw shadows slowly: after ten pictures of more than 60 ms there are none.
     if (this.sun.castShadow) {
       this.slow = performance.now() - begin > 60 ? this.slow + 1 : 0;
