@@ -51,8 +51,7 @@ class WetWall {
     corners_ = to_device(ctx, corners);
     frame_ = to_device(ctx, std::vector<FrameParams>{
                                 {.dt_s = kFrame_s, .gravity_m_s2 = {8.496F, 0, -4.905F}, .substeps = 1}});
-    ctx.upload(volume, film_.volumes());
-    ctx.synchronize();
+    film_.set_volumes(ctx, volume);
     if (exchange != Exchange::none) add_exchange(exchange == Exchange::still);
   }
   void frame() {

@@ -96,10 +96,7 @@ class SheetFilm {
   View<const FrameParams> frame() const { return frame_.const_view(); }
   void step() { film.step(ctx_, surface(), frame_.const_view()); }
   std::vector<std::int64_t> volumes() { return to_host(ctx_, film.volumes()); }
-  void set_volumes(const std::vector<std::int64_t>& v) {
-    ctx_.upload(v, film.volumes());
-    ctx_.synchronize();
-  }
+  void set_volumes(const std::vector<std::int64_t>& v) { film.set_volumes(ctx_, v); }
   std::vector<float> heights_m() { return to_host(ctx_, film.heights_m()); }
   FilmPasses passes() { return to_host(ctx_, film.passes())[0]; }
   /// Fills each cell to the height at its vertex.

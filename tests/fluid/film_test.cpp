@@ -245,6 +245,28 @@ TEST_F(FilmOnCpu, WhereAllIsDryNothingRuns) {
   EXPECT_EQ(film.heights_m(), std::vector<float>(sheet.x_m.size(), 0.F));
 }
 
+/// One wet vertex of a triangular lattice has 6, 12 and 18 others in its three rings, and the triangles round
+/// those are a hexagon of 4 edges a side: 6 times 16. Vertices that are dry again are looked at no longer.
+TEST_F(FilmOnCpu, OnlyWhatIsWetAndThreeRingsAreLookedAt) {
+  const Sheet sheet(0.06F, 0.06F, 0.002F);
+  SheetFilm film(ctx(), sheet, {}, 0, kFrame_s);
+  std::vector<std::int64_t> v = film.volumes();
+  const auto looked_at = [&](std::size_t wet, std::int64_t units) {
+    v.assign(v.size(), 0);
+    v[wet] = units;
+    film.set_volumes(v);
+    film.step();
+    const auto count = [&](const Count& of) {
+      return to_host(ctx(), View<const Index>(of.device_count, 1))[0];
+    };
+    return std::pair{count(film.film.region().vertices), count(film.film.region().triangles)};
+  };
+  const std::size_t middle = v.size() / 2 + 15;
+  EXPECT_EQ(looked_at(middle, 1000), std::pair(37, 96));
+  EXPECT_EQ(looked_at(middle - 5, 1000), std::pair(37, 96));
+  EXPECT_EQ(looked_at(middle, 0), std::pair(0, 0));
+}
+
 /// A puddle at rest takes one pass a frame; a drop on it wakes it in the frame after.
 TEST_F(FilmOnCpu, APuddleAtRestTakesOnePassAFrame) {
   const Sheet sheet(0.05F, 0.05F, 0.002F, 0.05F);

@@ -22,7 +22,7 @@ FilmThickness film_thickness(const std::vector<Vec3f>& x_m,
 /// Owns one surface of all obstacles that liquid can reach, on a device. Those that move are rigid.
 class FilmObstacles {
  public:
-  /// In all. Each costs as much as one of a body's surface: some 0.05 us a frame and core.
+  /// In all. Dry ones cost memory, no time.
   static constexpr std::size_t kMostVertices = 60000;
 
   /// One obstacle: its whole surface, for pictures, and the part of it that a film can lie on.

@@ -127,7 +127,7 @@ void SceneFilm::run(Coat& coat, View<const FrameParams> frame) {
       coat.body != nullptr ? coat.body->surface().normal_buffer() : obstacles_->normals();
   coat.film->step(ctx_, surface, frame);
   coat.exchange->run(ctx_, *coat.film, surface, normals, frame, liquid_.search(), liquid_.arrivals());
-  coat.film->sum(ctx_, surface.vertices);
+  coat.film->sum(ctx_);
 }
 
 SceneFilmReport SceneFilm::report(const Readback& readback) const {

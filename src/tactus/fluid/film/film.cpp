@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -50,15 +51,14 @@ Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, I
       flow_(ctx.device(), 3 * std::int64_t{max_triangles}),
       change_(ctx.device(), max_vertices),
       mark_(ctx.device(), max_vertices),
-      wider_(ctx.device(), max_vertices),
-      flag_(ctx.device(), max_triangles),
-      gate_(ctx.device(), 2),
+      near_(ctx.device(), max_vertices),
       region_vertex_(ctx.device(), max_vertices),
       region_triangle_(ctx.device(), max_triangles),
-      region_count_(ctx.device(), 2),
+      counts_(ctx.device(), FilmCounts::size(settings.rings)),
       rate_(ctx.device(), ceil_div(max_triangles, FindFilmRates::kThreads)),
       passes_(ctx.device(), 1),
       sums_(ctx.device(), 1),
+      dried_(ctx.device(), 1),
       vertex_count_(ctx.device(), settings.most_passes),
       triangle_count_(ctx.device(), settings.most_passes) {
   ctx.fill_bytes(volume_.view(), 0);
@@ -66,33 +66,25 @@ Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, I
   ctx.fill_bytes(height_.view(), 0);
   ctx.fill_bytes(flow_.view(), 0);
   ctx.fill_bytes(change_.view(), 0);
-  ctx.fill_bytes(region_count_.view(), 0);
+  ctx.fill_bytes(mark_.view(), 0);
+  ctx.fill_bytes(counts_.view(), 0);
+  ctx.fill_bytes(dried_.view(), 0);
   ctx.fill_bytes(passes_.view(), 0);
   ctx.fill_bytes(sums_.view(), 0);
 }
 
-/// Passes over all of the surface read a number each; all else follows the wet part.
 void Film::find_region(ExecContext& ctx, const FilmSurface& surface) {
-  const Index n = surface.vertices.capacity, m = surface.triangles.capacity;
-  const View<Index> found_vertices = region_count_.view().part(0, 1),
-                    found_triangles = region_count_.view().part(1, 1);
-  const View<Index> list = region_vertex_.view().part(0, n);
-  ctx.parallel_for("film/wet", surface.vertices,
-                   MarkWetFilm{volume_.const_view(), mark_.view(), change_.view(), height_.view()});
-  ctx.compact("film/list", surface.vertices, mark_.const_view().part(0, n), list, found_vertices);
-  ctx.parallel_for("film/gate", 1, GateFilm{surface, View<const Index>(found_vertices), gate_.view()});
-  const Count vertices(gate_.const_view().part(0, 1), n), triangles(gate_.const_view().part(1, 1), m);
-  for (Index k = 0; k < rings_; ++k) {
-    Buffer<Index>&from = k % 2 == 0 ? mark_ : wider_, &to = k % 2 == 0 ? wider_ : mark_;
-    ctx.copy(from.const_view(), to.view());
-    ctx.parallel_for("film/ring", vertices, MarkFilmRing{surface, from.const_view(), to.view(), k + 1});
-  }
-  ctx.compact("film/list", vertices, marks().const_view().part(0, n), list, found_vertices);
-  ctx.fill_bytes(flag_.view(), 0);
-  ctx.parallel_for("film/flag", Count(View<const Index>(found_vertices), n),
-                   FlagFilmTriangles{surface, View<const Index>(list), flag_.view()});
-  ctx.compact("film/list", triangles, flag_.const_view().part(0, m), region_triangle_.view().part(0, m),
-              found_triangles);
+  const Index n = surface.vertices.capacity;
+  const FilmCounts counts{counts_.view()};
+  ctx.parallel_for("film/wet", ceil_div(n, KeepWetFilm::kThreads),
+                   KeepWetFilm{gains(), change_.view(), height_.view(), region_vertex_.view()});
+  for (Index ring = 0; ring < rings_; ++ring)
+    ctx.parallel_for("film/ring", Count(counted(FilmCounts::kFirstRing + ring), n),
+                     MarkFilmRing{surface, mark_.view(), counts, region_vertex_.view(), ring});
+  ctx.parallel_for("film/count", 1, CountFilmRegion{counts});
+  ctx.parallel_for("film/list", ceil_div(n, ListFilmTriangles::kThreads),
+                   ListFilmTriangles{surface, mark_.const_view(), counts, region_vertex_.const_view(),
+                                     near_.view(), region_triangle_.view()});
 }
 
 void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FrameParams> frame) {
@@ -100,7 +92,7 @@ void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FramePa
   const FilmRegion region = this->region();
   ctx.parallel_for(
       "film/triangles", region.triangles,
-      MeasureFilmTriangles{law_, surface, region.triangle, frame, marks().const_view(), triangles_.view()});
+      MeasureFilmTriangles{law_, surface, region.triangle, frame, mark_.const_view(), triangles_.view()});
   ctx.parallel_for(
       "film/vertices", region.vertices,
       MeasureFilmVertices{surface, region.vertex, triangles_.const_view(), volume_.const_view(), area_.view(),
@@ -127,15 +119,29 @@ void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FramePa
                                 area_.const_view(), volume_.view(), change_.view(), height_.view()});
   }
   if (drying_m_s_ > 0)
-    ctx.parallel_for("film/dry", region.vertices,
-                     DryFilm{drying_m_s_, frame, region.vertex, area_.const_view(), volume_.view(),
-                             stain_.view(), height_.view()});
+    ctx.parallel_for("film/dry", ceil_div(surface.vertices.capacity, DryFilm::kThreads),
+                     DryFilm{drying_m_s_, frame, region, area_.const_view(), volume_.view(), stain_.view(),
+                             height_.view(), dried_.view()});
 }
 
-void Film::sum(ExecContext& ctx, Count vertices) {
+void Film::sum(ExecContext& ctx) {
+  const Count near(counted(FilmCounts::kNear), near_.size());
   ctx.fill_bytes(sums_.view(), 0);
-  ctx.parallel_for("film/sum", ceil_div(vertices.capacity, SumFilm::kThreads),
-                   SumFilm{vertices, volume_.const_view(), stain_.const_view(), sums_.view()});
+  ctx.parallel_for(
+      "film/sum", ceil_div(near.capacity, SumFilm::kThreads),
+      SumFilm{near, near_.const_view(), volume_.const_view(), dried_.const_view(), sums_.view()});
+}
+
+/// Where volumes came otherwise than by gains().
+void Film::note_wet(ExecContext& ctx) {
+  ctx.fill_bytes(counts_.view(), 0);
+  ctx.parallel_for("film/note", max_vertices(), NoteWetFilm{gains(), change_.view(), height_.view()});
+  ctx.synchronize();
+}
+
+void Film::set_volumes(ExecContext& ctx, std::span<const std::int64_t> volumes) {
+  ctx.upload(volumes, volume_.view());
+  note_wet(ctx);
 }
 
 std::vector<std::uint8_t> Film::held(ExecContext& ctx, Index vertices) const {
@@ -155,6 +161,7 @@ void Film::move(ExecContext& ctx, std::span<const Move> moves) {
     ctx.upload(host, units->view());
     ctx.synchronize();
   }
+  note_wet(ctx);
 }
 
 void Film::archive(ExecContext& ctx, StateArchive& a) {
@@ -168,9 +175,11 @@ void Film::archive(ExecContext& ctx, StateArchive& a) {
   a.check(std::all_of(volume.begin(), volume.end(), is_volume), "volumes of film");
   a.check(std::all_of(stain.begin(), stain.end(), is_volume), "volumes of stains");
   if (!a.reads()) return;
-  ctx.upload(volume, volume_.view());
+  const std::vector<std::uint64_t> dried{
+      static_cast<std::uint64_t>(std::accumulate(stain.begin(), stain.end(), std::int64_t{0}))};
   ctx.upload(stain, stain_.view());
-  ctx.synchronize();
+  ctx.upload(dried, dried_.view());
+  set_volumes(ctx, volume);
 }
 
 }  // namespace tactus

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tactus/fluid/film/film_kernels.h"
+#include "tactus/fluid/film/film_region_kernels.h"
 #include "tactus/frame/state_archive.h"
 
 namespace tactus {
@@ -33,8 +34,8 @@ class Film {
   /// One frame of dt_s times substeps, with the surface where it is.
   void step(ExecContext& ctx, const FilmSurface& surface, View<const FrameParams> frame);
 
-  /// Sums over all vertices, into sums().
-  void sum(ExecContext& ctx, Count vertices);
+  /// Sums over all that is wet and stained, into sums().
+  void sum(ExecContext& ctx);
   /// Between frames, when a surface was cut. A vertex that keeps triangles keeps its volume, on whichever
   /// side of the cut it is, and new vertices begin dry. What lies on one that has none left goes to another.
   struct Move {
@@ -44,13 +45,16 @@ class Film {
   void move(ExecContext& ctx, std::span<const Move> moves);
   /// Vertices that hold something, volume or stain. Synchronizes.
   std::vector<std::uint8_t> held(ExecContext& ctx, Index vertices) const;
+  /// Between frames. Synchronizes. @param volumes in units of kFilmUnit_m3, one per vertex
+  void set_volumes(ExecContext& ctx, std::span<const std::int64_t> volumes);
   /// All that later frames depend on. Synchronizes. @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);
 
   Index max_vertices() const { return volume_.size(); }
   const FilmLaw& law() const { return law_; }
+  /// For those that give the film liquid, after a step. They may take some, too, from vertices of region().
+  FilmGains gains() { return {volume_.view(), mark_.view(), near_.view(), {counts_.view()}}; }
   /// In units of kFilmUnit_m3, one per vertex.
-  View<std::int64_t> volumes() { return volume_.view(); }
   View<const std::int64_t> volumes() const { return volume_.const_view(); }
   /// Volume that dried there.
   View<const std::int64_t> stains() const { return stain_.const_view(); }
@@ -58,8 +62,8 @@ class Film {
   View<const float> heights_m() const { return height_.const_view(); }
   /// That the last step looked at: all that was wet, and some rings more. The views last as long as the film.
   FilmRegion region() const {
-    return {{region_count_.const_view().part(0, 1), region_vertex_.size()},
-            {region_count_.const_view().part(1, 1), region_triangle_.size()},
+    return {{counted(FilmCounts::kVertices), region_vertex_.size()},
+            {counted(FilmCounts::kTriangles), region_triangle_.size()},
             region_vertex_.const_view(),
             region_triangle_.const_view()};
   }
@@ -69,8 +73,9 @@ class Film {
   View<const FilmPasses> passes() const { return passes_.const_view(); }
 
  private:
-  const Buffer<Index>& marks() const { return rings_ % 2 == 0 ? mark_ : wider_; }
+  View<const Index> counted(Index which) const { return counts_.const_view().part(which, 1); }
   void find_region(ExecContext& ctx, const FilmSurface& surface);
+  void note_wet(ExecContext& ctx);
 
   FilmLaw law_;
   Index rings_;
@@ -80,10 +85,11 @@ class Film {
   Buffer<FilmTriangle> triangles_;
   Buffer<FilmSpoke> spokes_;
   Buffer<Index> flow_, change_;
-  Buffer<Index> mark_, wider_, flag_, gate_, region_vertex_, region_triangle_, region_count_;
+  Buffer<Index> mark_, near_, region_vertex_, region_triangle_, counts_;
   Buffer<float> rate_;
   Buffer<FilmPasses> passes_;
   Buffer<FilmSums> sums_;
+  Buffer<std::uint64_t> dried_;
   Buffer<Index> vertex_count_, triangle_count_;
 };
 

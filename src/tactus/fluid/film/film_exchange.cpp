@@ -98,10 +98,9 @@ void FilmExchange::take(ExecContext& ctx, Film& film, const FilmSkin& skin, cons
                               View<const Vec3f>(liquid.v_m_s), target_.view()});
   for (int round = 0; round < kRounds; ++round) {
     ctx.parallel_for("film/claim", search.placed(),
-                     ClaimVertices{law_, skin, id, View<const std::int64_t>(film.volumes()), target_.view(),
-                                   claim_.view()});
+                     ClaimVertices{law_, skin, id, film.volumes(), target_.view(), claim_.view()});
     ctx.parallel_for("film/take", search.placed(),
-                     TakeParticles{law_, skin, id, target_.view(), claim_.view(), liquid.x_m, film.volumes(),
+                     TakeParticles{law_, skin, id, target_.view(), claim_.view(), liquid.x_m, film.gains(),
                                    liquid.counters, ledger_.view()});
   }
 }
@@ -111,8 +110,7 @@ void FilmExchange::give(ExecContext& ctx, Film& film, const FilmSkin& skin, cons
   const Index n = film.max_vertices();
   const FilmRegion region = film.region();
   ctx.parallel_for("film/thick", region.vertices,
-                   KeyThickFilm{law_, skin, region.vertex, film.heights_m(),
-                                View<const std::int64_t>(film.volumes()), key_.view()});
+                   KeyThickFilm{law_, skin, region.vertex, film.heights_m(), film.volumes(), key_.view()});
   ctx.parallel_for("film/largest key", region.vertices,
                    LargestKey{skin.surface, region.vertex, key_.const_view(), most_.view()});
   ctx.parallel_for("film/givers", region.vertices,
@@ -120,23 +118,23 @@ void FilmExchange::give(ExecContext& ctx, Film& film, const FilmSkin& skin, cons
   ctx.compact("film/givers", region.vertices, flag_.const_view(), giver_.view(), givers_.view());
   const Count givers(givers_.const_view(), n);
   ctx.parallel_for("film/places", givers,
-                   PlaceGiven{law_, skin, region.vertex, giver_.view(), place_m_.view(), flag_.view()});
-  places_.build(ctx, place_m_.const_view(), {}, givers);
+                   PlaceGiven{law_, skin, region.vertex, giver_.view(), place_m_.view()});
+  places_.build(ctx, place_m_.const_view(), giver_.const_view(), givers);
   places_.visit(ctx, "film/room", search,
                 FindLiquidRound{{1.F / law_.spacing_m},
                                 law_.particle_m3,
                                 places_.cells().particles,
                                 View<const Vec3f>(liquid.x_m),
                                 round_.view()});
-  ctx.parallel_for("film/room", places_.placed(),
-                   FlagGiven{law_, places_.cells().order, round_.const_view(), flag_.view()});
-  ctx.compact("film/given", givers, flag_.const_view(), list_.view(), flagged_.view());
+  ctx.parallel_for("film/room", places_.placed(), FlagGiven{law_, round_.const_view(), flag_.view()});
+  ctx.compact("film/given", places_.placed(), flag_.const_view(), list_.view(), flagged_.view());
   ctx.parallel_for(
       "film/plan given", 1,
       PlanGiven{flagged_.const_view(), liquid, planned_.view(), slot_.view(), id_.view(), ledger_.view()});
   ctx.parallel_for("film/give", Count(planned_.const_view(), n),
-                   GiveParticles{law_, skin, list_.const_view(), giver_.const_view(), slot_.const_view(),
-                                 id_.const_view(), place_m_.const_view(), film.volumes(), liquid});
+                   GiveParticles{law_, skin, list_.const_view(), places_.cells().order, giver_.const_view(),
+                                 slot_.const_view(), id_.const_view(), place_m_.const_view(),
+                                 film.gains().volume, liquid});
 }
 
 }  // namespace tactus

@@ -8,6 +8,7 @@
 /// two of them have a neighbour in common, so each takes its neighbours' volumes alone.
 #include "tactus/compute/atomic.h"
 #include "tactus/fluid/film/film_kernels.h"
+#include "tactus/fluid/film/film_region_kernels.h"
 #include "tactus/fluid/wound_kernels.h"
 
 namespace tactus {
@@ -154,7 +155,7 @@ struct TakeParticles {
   View<Index> target;
   View<std::uint32_t> claim;
   View<Vec3f> x_m;
-  View<std::int64_t> volume;
+  FilmGains film;
   View<LiquidCounters> counters;
   View<FilmLedger> ledger;
   TACTUS_HD void operator()(Index i) const {
@@ -170,21 +171,16 @@ struct TakeParticles {
       for (int k = 0; k < 3; ++k) {
         const Index corner = skin.surface.corners[3 * t + k];
         if (corner == v) continue;
-        give(corner, share);
+        film.give(corner, share);
         left -= share;
       }
     }
-    give(v, left);
+    film.give(v, left);
     const float nowhere = std::bit_cast<float>(0x7FC00000U);
     x_m[i] = {nowhere, nowhere, nowhere};
     target[i] = -1;
     atomic_add(counters[0].taken, 1U);
     atomic_add(ledger[0].taken, 1U);
-  }
-
- private:
-  TACTUS_HD void give(Index v, std::int64_t units) const {
-    atomic_add(reinterpret_cast<std::uint64_t&>(volume[v]), static_cast<std::uint64_t>(units));
   }
 };
 
@@ -230,23 +226,20 @@ struct PlaceGiven {
   View<const Index> region;
   View<Index> giver;  ///< a number in the region, then the vertex
   View<Vec3f> place_m;
-  View<Index> flag;  ///< emptied
   TACTUS_HD void operator()(Index k) const {
     const Index v = region[giver[k]];
     giver[k] = v;
     place_m[k] = skin.surface.x_m[v] + 0.5F * law.spacing_m * skin.normals[v];
-    flag[k] = 0;
   }
 };
 
-/// Thread: place. Flags its vertex if no particle is near.
+/// Thread: slot of a place. Flags it if no particle is near.
 struct FlagGiven {
   FilmExchangeLaw law;
-  View<const Index> order;
   View<const LiquidRound> round;
   View<Index> flag;
   TACTUS_HD void operator()(Index k) const {
-    flag[order[k]] = round[k].nearest2_m2 >= sqr(FilmExchangeLaw::kApart * law.spacing_m) ? 1 : 0;
+    flag[k] = round[k].nearest2_m2 >= sqr(FilmExchangeLaw::kApart * law.spacing_m) ? 1 : 0;
   }
 };
 
@@ -270,17 +263,19 @@ struct PlanGiven {
   }
 };
 
-/// Thread: particle that comes.
+/// Thread: particle that comes. They come in the order of their places, as the list of givers has none.
 struct GiveParticles {
   FilmExchangeLaw law;
   FilmSkin skin;
-  View<const Index> list, giver, slot, id;
+  View<const Index> list;   ///< slots of places
+  View<const Index> order;  ///< number of each slot's place
+  View<const Index> giver, slot, id;
   View<const Vec3f> place_m;
   View<std::int64_t> volume;
   LiquidArrivals liquid;
   TACTUS_HD void operator()(Index k) const {
-    const Index v = giver[list[k]], to = slot[0] + k;
-    liquid.put(to, place_m[list[k]], skin.velocity_m_s(v), id[0] + k);
+    const Index place = order[list[k]], v = giver[place], to = slot[0] + k;
+    liquid.put(to, place_m[place], skin.velocity_m_s(v), id[0] + k);
     std::int64_t left = law.particle_units - take(v, law.particle_units);
     for (Index e = skin.surface.lists[v].begin; e < skin.surface.lists[v].end; ++e)
       left -= take(skin.next(skin.surface.incident[e], v), left);

@@ -70,67 +70,13 @@ struct FilmPasses {
 /// The part of a surface that a frame looks at: wet vertices, some rings more, and their triangles.
 struct FilmRegion {
   Count vertices = 0, triangles = 0;
-  View<const Index> vertex, triangle;  ///< ascending
+  View<const Index> vertex, triangle;  ///< in any order
 };
 
 /// Seconds of a frame; 0 while bodies settle.
 TACTUS_HD inline float film_frame_s(const FrameParams& f) {
   return f.settles != 0 ? 0.F : f.dt_s * static_cast<float>(f.substeps);
 }
-
-/// Thread: vertex. Others may have taken all of its volume: its height is 0 then.
-struct MarkWetFilm {
-  View<const std::int64_t> volume;
-  View<Index> mark, change;
-  View<float> height_m;
-  TACTUS_HD void operator()(Index v) const {
-    mark[v] = volume[v] > 0 ? 1 : 0;
-    if (volume[v] > 0) return;
-    height_m[v] = 0;
-    change[v] = 0;
-  }
-};
-
-/// Where nothing is wet, nothing is looked at.
-struct GateFilm {
-  FilmSurface surface;
-  View<const Index> wet;  ///< (1) how many vertices
-  View<Index> gate;       ///< (2) vertices and triangles to look at
-  TACTUS_HD void operator()(Index) const {
-    gate[0] = wet[0] > 0 ? surface.vertices.get() : 0;
-    gate[1] = wet[0] > 0 ? surface.triangles.get() : 0;
-  }
-};
-
-/// Thread: vertex. Those of the ring before mark their neighbours: all write the same. Few vertices are in a
-/// ring, so this looks at no list but theirs.
-struct MarkFilmRing {
-  FilmSurface surface;
-  View<const Index> mark;
-  View<Index> wider;  ///< a copy of the marks
-  Index ring = 1;     ///< of the vertices that mark; 1: the wet ones
-  TACTUS_HD void operator()(Index v) const {
-    if (mark[v] != ring) return;
-    for (Index e = surface.lists[v].begin; e < surface.lists[v].end; ++e)
-      for (int k = 0; k < 3; ++k) {
-        const Index other = surface.corners[3 * surface.incident[e] + k];
-        if (mark[other] == 0)
-          atomic_max(reinterpret_cast<std::uint32_t&>(wider[other]), static_cast<std::uint32_t>(ring) + 1);
-      }
-  }
-};
-
-/// Thread: vertex of the region. Its triangles.
-struct FlagFilmTriangles {
-  FilmSurface surface;
-  View<const Index> region;
-  View<Index> flag;  ///< emptied before
-  TACTUS_HD void operator()(Index i) const {
-    const IndexRange list = surface.lists[region[i]];
-    for (Index e = list.begin; e < list.end; ++e)
-      atomic_max(reinterpret_cast<std::uint32_t&>(flag[surface.incident[e]]), 1U);
-  }
-};
 
 /// Thread: triangle of the region. Its shape now.
 struct MeasureFilmTriangles {
@@ -215,6 +161,7 @@ struct MeasureFilmVertices {
 /// nothing.
 struct FindFilmRates {
   static constexpr int kThreads = 256;
+  static constexpr int kGrain = 8;
   /// By so much of itself a volume at rest changes in the last pass: sixteen passes a frame are 1 % a second.
   static constexpr float kStill = 1e-5F;
   FilmLaw law;
@@ -330,7 +277,7 @@ struct FlowFilm {
   TACTUS_HD void operator()(Index n) const {
     const Index i = region[n], a = corners[3 * i], b = corners[3 * i + 1], c = corners[3 * i + 2];
     const float ha = height_m[a], hb = height_m[b], hc = height_m[c];
-    if (triangles[i].is_closed != 0 || (ha == 0 && hb == 0 && hc == 0)) {
+    if ((ha == 0 && hb == 0 && hc == 0) || triangles[i].is_closed != 0) {
       for (int k = 0; k < 3; ++k) flow[3 * i + k] = 0;
       return;
     }
@@ -396,22 +343,40 @@ struct GatherFilm {
   }
 };
 
-/// Thread: vertex of the region. What dries stays where it is.
+/// Block: kThreads vertices of the region. What dries stays where it is.
 struct DryFilm {
+  static constexpr int kThreads = 256;
+  static constexpr int kGrain = 8;
   float drying_m_s;
   View<const FrameParams> frame;
-  View<const Index> region;
+  FilmRegion region;
   View<const float> area_m2;
   View<std::int64_t> volume, stain;
   View<float> height_m;
-  TACTUS_HD void operator()(Index i) const {
-    const Index v = region[i];
+  View<std::uint64_t> dried;  ///< (1) all that ever did: a sum of integers
+  struct Shared {
+    std::int64_t units[kThreads];
+  };
+  template <class Block>
+  TACTUS_HD void operator()(const Block& b, Shared& s) const {
+    const Index begin = b.index() * kThreads, n = region.vertices.get();
+    if (begin >= n) return;
+    b.for_each_thread([&](int t) { s.units[t] = begin + t < n ? dry(region.vertex[begin + t]) : 0; });
+    fold<kThreads>(b, kThreads, [&](int t, int other) { s.units[t] += s.units[other]; });
+    b.on_one_thread([&] {
+      if (s.units[0] > 0) atomic_add(dried[0], static_cast<std::uint64_t>(s.units[0]));
+    });
+  }
+
+ private:
+  TACTUS_HD std::int64_t dry(Index v) const {
     const float area = area_m2[v], most = drying_m_s * film_frame_s(frame[0]) * area * kFilmUnits_1_m3;
     const std::int64_t dries = min(volume[v], static_cast<std::int64_t>(min(most, 1e15F)));
-    if (dries == 0) return;
+    if (dries == 0) return 0;
     volume[v] -= dries;
     stain[v] += dries;
     height_m[v] = area > 0 ? kFilmUnit_m3 * static_cast<float>(volume[v]) / area : 0.F;
+    return dries;
   }
 };
 
@@ -421,34 +386,38 @@ struct FilmSums {
   std::uint64_t wet = 0;  ///< vertices
 };
 
-/// Block: kThreads vertices. Sums of integers: in any order the same.
+/// Block: kThreads vertices of a list that has all wet ones. Sums of integers: in any order the same.
 struct SumFilm {
   static constexpr int kThreads = 256;
+  static constexpr int kGrain = 8;
   Count vertices;
-  View<const std::int64_t> volume, stain;
+  View<const Index> list;
+  View<const std::int64_t> volume;
+  View<const std::uint64_t> dried;
   View<FilmSums> sums;  ///< (1) emptied before
   struct Shared {
-    FilmSums of[kThreads];
+    std::uint64_t film[kThreads], wet[kThreads];
   };
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index begin = b.index() * kThreads, n = vertices.get();
+    b.on_one_thread([&] {
+      if (begin == 0) sums[0].stain = dried[0];
+    });
     if (begin >= n) return;
     b.for_each_thread([&](int t) {
-      const Index v = begin + t;
-      s.of[t] = v < n ? FilmSums{static_cast<std::uint64_t>(volume[v]), static_cast<std::uint64_t>(stain[v]),
-                                 volume[v] > 0 ? 1U : 0U}
-                      : FilmSums{};
+      const std::int64_t units = begin + t < n ? volume[list[begin + t]] : 0;
+      s.film[t] = static_cast<std::uint64_t>(units);
+      s.wet[t] = units > 0 ? 1 : 0;
     });
     fold<kThreads>(b, kThreads, [&](int t, int other) {
-      s.of[t].film += s.of[other].film;
-      s.of[t].stain += s.of[other].stain;
-      s.of[t].wet += s.of[other].wet;
+      s.film[t] += s.film[other];
+      s.wet[t] += s.wet[other];
     });
     b.on_one_thread([&] {
-      if (s.of[0].film > 0) atomic_add(sums[0].film, s.of[0].film);
-      if (s.of[0].stain > 0) atomic_add(sums[0].stain, s.of[0].stain);
-      if (s.of[0].wet > 0) atomic_add(sums[0].wet, s.of[0].wet);
+      if (s.wet[0] == 0) return;
+      atomic_add(sums[0].film, s.film[0]);
+      atomic_add(sums[0].wet, s.wet[0]);
     });
   }
 };
