@@ -47,6 +47,9 @@ Film::Film(ExecContext& ctx, const FilmSettings& settings, Index max_vertices, I
       height_(ctx.device(), max_vertices),
       pressure_(ctx.device(), max_vertices),
       triangles_(ctx.device(), max_triangles),
+      place_(ctx.device(), max_triangles),
+      fields_(ctx.device(), FilmFlowFields::kFields * std::int64_t{max_triangles}),
+      corners_(ctx.device(), 3 * std::int64_t{max_triangles}),
       spokes_(ctx.device(), max_incident),
       flow_(ctx.device(), 3 * std::int64_t{max_triangles}),
       change_(ctx.device(), max_vertices),
@@ -90,17 +93,18 @@ void Film::find_region(ExecContext& ctx, const FilmSurface& surface) {
 void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FrameParams> frame) {
   find_region(ctx, surface);
   const FilmRegion region = this->region();
-  ctx.parallel_for(
-      "film/triangles", region.triangles,
-      MeasureFilmTriangles{law_, surface, region.triangle, frame, mark_.const_view(), triangles_.view()});
-  ctx.parallel_for(
-      "film/vertices", region.vertices,
-      MeasureFilmVertices{surface, region.vertex, triangles_.const_view(), volume_.const_view(), area_.view(),
-                          gravity_.view(), eigen_.view(), height_.view(), spokes_.view()});
+  ctx.parallel_for("film/triangles", region.triangles,
+                   MeasureFilmTriangles{law_, surface, region.triangle, frame, mark_.const_view(),
+                                        triangles_.view(), place_.view()});
+  ctx.parallel_for("film/vertices", region.vertices,
+                   MeasureFilmVertices{surface, region.vertex, triangles_.const_view(), place_.const_view(),
+                                       volume_.const_view(), area_.view(), gravity_.view(), eigen_.view(),
+                                       height_.view(), spokes_.view()});
+  const FilmFlowFields fields{fields_.view(), corners_.view()};
   ctx.parallel_for(
       "film/rates", ceil_div(surface.triangles.capacity, FindFilmRates::kThreads),
       FindFilmRates{law_, surface, region, eigen_.const_view(), height_.const_view(), volume_.const_view(),
-                    change_.const_view(), triangles_.view(), rate_.view()});
+                    change_.const_view(), triangles_.const_view(), fields, rate_.view()});
   ctx.parallel_for("film/plan", 1,
                    PlanFilmPasses{region, frame, rate_.const_view(), passes_.view(), vertex_count_.view(),
                                   triangle_count_.view()});
@@ -110,10 +114,9 @@ void Film::step(ExecContext& ctx, const FilmSurface& surface, View<const FramePa
     ctx.parallel_for("film/press", vertices,
                      PressFilm{law_, region.vertex, surface.lists, spokes_.const_view(), area_.const_view(),
                                gravity_.const_view(), height_.const_view(), pressure_.view()});
-    ctx.parallel_for(
-        "film/flow", triangles,
-        FlowFilm{law_, region.triangle, surface.corners, triangles_.const_view(), passes_.const_view(),
-                 height_.const_view(), pressure_.const_view(), flow_.view()});
+    ctx.parallel_for("film/flow", triangles,
+                     FlowFilm{law_, fields, passes_.const_view(), height_.const_view(),
+                              pressure_.const_view(), flow_.view()});
     ctx.parallel_for("film/gather", vertices,
                      GatherFilm{region.vertex, surface.lists, spokes_.const_view(), flow_.const_view(),
                                 area_.const_view(), volume_.view(), change_.view(), height_.view()});

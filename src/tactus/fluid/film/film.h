@@ -83,6 +83,9 @@ class Film {
   Buffer<std::int64_t> volume_, stain_;
   Buffer<float> area_, gravity_, eigen_, height_, pressure_;
   Buffer<FilmTriangle> triangles_;
+  Buffer<Index> place_;
+  Buffer<float> fields_;
+  Buffer<Index> corners_;
   Buffer<FilmSpoke> spokes_;
   Buffer<Index> flow_, change_;
   Buffer<Index> mark_, near_, region_vertex_, region_triangle_, counts_;

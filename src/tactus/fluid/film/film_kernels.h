@@ -60,6 +60,43 @@ struct FilmSpoke {
   Index give = 0, take = 0;         ///< flows that leave the corner there and that come
 };
 
+/// What flows in a triangle of the region, as fields of all of them one after the other: a core of a CPU
+/// works on eight side by side.
+struct FilmFlowFields {
+  enum Field : Index { kBx, kCx, kCy, kBx_1, kCy_1, kGx, kGy, kGn, kFactor, kStiffness, kFields };
+  View<float> values;   ///< kFactor 0: it is closed
+  View<Index> corners;  ///< three fields, too
+  TACTUS_HD float& at(Field f, Index n) const { return values[f * (values.size() / kFields) + n]; }
+  TACTUS_HD Index& corner(int k, Index n) const { return corners[k * (corners.size() / 3) + n]; }
+  TACTUS_HD void set(Index n, const FilmTriangle& t, const Index (&of)[3]) const {
+    at(kBx, n) = t.bx;
+    at(kCx, n) = t.cx;
+    at(kCy, n) = t.cy;
+    at(kBx_1, n) = t.bx_1;
+    at(kCy_1, n) = t.cy_1;
+    at(kGx, n) = t.gx;
+    at(kGy, n) = t.gy;
+    at(kGn, n) = t.gn;
+    at(kFactor, n) = t.is_closed != 0 ? 0.F : t.factor;
+    at(kStiffness, n) = t.stiffness;
+    for (int k = 0; k < 3; ++k) corner(k, n) = of[k];
+  }
+  TACTUS_HD FilmTriangle get(Index n) const {
+    FilmTriangle t;
+    t.bx = at(kBx, n);
+    t.cx = at(kCx, n);
+    t.cy = at(kCy, n);
+    t.bx_1 = at(kBx_1, n);
+    t.cy_1 = at(kCy_1, n);
+    t.gx = at(kGx, n);
+    t.gy = at(kGy, n);
+    t.gn = at(kGn, n);
+    t.factor = at(kFactor, n);
+    t.stiffness = at(kStiffness, n);
+    return t;
+  }
+};
+
 /// How a step is divided.
 struct FilmPasses {
   Index passes = 0;
@@ -85,19 +122,21 @@ struct MeasureFilmTriangles {
   View<const Index> region;
   View<const FrameParams> frame;
   View<const Index> mark;
-  View<FilmTriangle> triangles;
+  View<FilmTriangle> triangles;  ///< by their places in the region
+  View<Index> place;             ///< of each
   TACTUS_HD void operator()(Index i) const {
     const Index t = region[i], a = surface.corners[3 * t], b = surface.corners[3 * t + 1],
                 c = surface.corners[3 * t + 2];
     const Vec3f e = surface.x_m[b] - surface.x_m[a], d = surface.x_m[c] - surface.x_m[a];
     FilmTriangle out;
     out.is_closed = 1;
+    place[t] = i;
     out.bx = length(e);
     const Vec3f e1 = normalized(e), across = cross(e1, d), n = normalized(across), g = frame[0].gravity_m_s2;
     out.cy = length(across);
     if (!(out.bx > 1e-9F && out.cy > 1e-9F)) {
       out.bx = out.cy = 0;
-      triangles[t] = out;
+      triangles[i] = out;
       return;
     }
     out.cx = dot(d, e1);
@@ -114,7 +153,7 @@ struct MeasureFilmTriangles {
     const float eigen = 3 * (0.5F * (s + sqrt(max(sqr(s) - 3.F, 0.F)))) / out.area_m2();
     out.eigen_1_m2 = min(eigen, law.finest_1_m2);
     out.factor = out.eigen_1_m2 / eigen;
-    triangles[t] = out;
+    triangles[i] = out;
   }
 };
 
@@ -124,6 +163,7 @@ struct MeasureFilmVertices {
   FilmSurface surface;
   View<const Index> region;
   View<const FilmTriangle> triangles;
+  View<const Index> place;
   View<const std::int64_t> volume;
   View<float> area_m2, gravity_m_s2, eigen_1_m2, height_m;
   View<FilmSpoke> spokes;
@@ -131,12 +171,13 @@ struct MeasureFilmVertices {
     const Index v = region[i];
     float area = 0, into = 0, eigen = 0;
     for (Index e = surface.lists[v].begin; e < surface.lists[v].end; ++e) {
-      const FilmTriangle t = triangles[surface.incident[e]];
+      const Index triangle = surface.incident[e];
+      const FilmTriangle t = triangles[place[triangle]];
       const float share = (1.F / 3) * t.area_m2();
       area += share;
       into += share * t.gn;
       eigen = max(eigen, t.eigen_1_m2);
-      spokes[e] = spoke(t, surface.incident[e], v);
+      spokes[e] = spoke(t, triangle, v);
     }
     area_m2[v] = area;
     gravity_m_s2[v] = area > 0 ? into / area : 0.F;
@@ -151,8 +192,12 @@ struct MeasureFilmVertices {
     // The weight of an edge is half the cotangent of the angle at the third corner.
     const float cot[3] = {t.cx * t.cy_1, (t.bx - t.cx) * t.cy_1,
                           (sqr(t.cy) - t.cx * (t.bx - t.cx)) * t.bx_1 * t.cy_1};
-    return {corner[left], corner[right], 0.5F * t.factor * cot[right], 0.5F * t.factor * cot[left],
-            3 * i + k,    3 * i + right};
+    return {corner[left],
+            corner[right],
+            0.5F * t.factor * cot[right],
+            0.5F * t.factor * cot[left],
+            k * triangles.size() + place[i],
+            right * triangles.size() + place[i]};
   }
 };
 
@@ -170,7 +215,8 @@ struct FindFilmRates {
   View<const float> eigen_1_m2, height_m;
   View<const std::int64_t> volume;
   View<const Index> change;  ///< of volumes, in the last pass
-  View<FilmTriangle> triangles;
+  View<const FilmTriangle> triangles;
+  FilmFlowFields fields;
   View<float> rate_1_s;  ///< one per block
   struct Shared {
     float rate[kThreads];
@@ -179,29 +225,33 @@ struct FindFilmRates {
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const Index begin = b.index() * kThreads, n = region.triangles.get();
     if (begin >= n) return;
-    b.for_each_thread([&](int t) { s.rate[t] = begin + t < n ? rate(region.triangle[begin + t]) : 0.F; });
+    b.for_each_thread([&](int t) { s.rate[t] = begin + t < n ? rate(begin + t) : 0.F; });
     fold<kThreads>(b, kThreads, [&](int t, int other) { s.rate[t] = max(s.rate[t], s.rate[other]); });
     b.on_one_thread([&] { rate_1_s[b.index()] = s.rate[0]; });
   }
 
  private:
-  TACTUS_HD float rate(Index i) const {
-    const FilmTriangle t = triangles[i];
-    if (t.is_closed != 0) return 0;  // corners outside of the region have no measures
+  TACTUS_HD float rate(Index n) const {
+    const Index i = region.triangle[n],
+                corner[3] = {surface.corners[3 * i], surface.corners[3 * i + 1], surface.corners[3 * i + 2]};
+    FilmTriangle t = triangles[n];
+    if (t.is_closed != 0) {  // corners outside of the region have no measures
+      fields.set(n, t, corner);
+      return 0;
+    }
     float eigen = 0, h = 0;
     bool is_still = true;
-    for (int k = 0; k < 3; ++k) {
-      const Index v = surface.corners[3 * i + k];
+    for (const Index v : corner) {
       eigen = max(eigen, eigen_1_m2[v]);
       h = max(h, height_m[v]);
       is_still &= abs(static_cast<float>(change[v])) <= kStill * static_cast<float>(volume[v]);
     }
-    const float stiffness = t.eigen_1_m2 * (law.density_kg_m3 * abs(t.gn) + law.tension_N_m * eigen);
-    triangles[i].stiffness = stiffness;
+    t.stiffness = t.eigen_1_m2 * (law.density_kg_m3 * abs(t.gn) + law.tension_N_m * eigen);
+    fields.set(n, t, corner);
     // In a pass, liquid flows a quarter of a triangle's height at most: a corner then has what it gives.
     const float speed =
         law.density_kg_m3 * sqrt(sqr(t.gx) + sqr(t.gy)) * law.mobility_1_Pa_s * sqr(h) * sqrt(t.eigen_1_m2);
-    const float wanted = max(law.mobility_1_Pa_s * h * sqr(h) * stiffness, 2 * speed);
+    const float wanted = max(law.mobility_1_Pa_s * h * sqr(h) * t.stiffness, 2 * speed);
     constexpr float kLeast_1_s = 1;  // more than none
     return is_still ? min(wanted, kLeast_1_s) : wanted;
   }
@@ -264,33 +314,30 @@ struct PressFilm {
 };
 
 /// Thread: triangle of the region. The volumes that flow from corner 0 to 1, from 1 to 2 and from 2 to 0.
+/// Without a branch, so that a core of a CPU works on eight at once.
 struct FlowFilm {
+  static constexpr int kGrain = 1024;
   FilmLaw law;
-  View<const Index> region;
-  View<const Index> corners;
-  View<const FilmTriangle> triangles;
+  FilmFlowFields fields;
   View<const FilmPasses> passes;
   View<const float> height_m, pressure_Pa;
-  View<Index> flow;  ///< three per triangle
+  View<Index> flow;  ///< three fields
   float dt_s = 0;
   TACTUS_HD void load() { dt_s = passes[0].dt_s; }
-  TACTUS_HD void operator()(Index n) const {
-    const Index i = region[n], a = corners[3 * i], b = corners[3 * i + 1], c = corners[3 * i + 2];
+  TACTUS_HD TACTUS_ALWAYS_INLINE void operator()(Index n) const {
+    const Index a = fields.corner(0, n), b = fields.corner(1, n), c = fields.corner(2, n),
+                many = flow.size() / 3;
     const float ha = height_m[a], hb = height_m[b], hc = height_m[c];
-    if ((ha == 0 && hb == 0 && hc == 0) || triangles[i].is_closed != 0) {
-      for (int k = 0; k < 3; ++k) flow[3 * i + k] = 0;
-      return;
-    }
-    const FilmTriangle t = triangles[i];
+    const FilmTriangle t = fields.get(n);
     const FilmTriangle::Slope p = t.gradient(pressure_Pa[a], pressure_Pa[b], pressure_Pa[c]);
     const FilmTriangle::Slope h = t.gradient(ha, hb, hc);
     const Drive drive{law.density_kg_m3 * t.gx - p.x, law.density_kg_m3 * t.gy - p.y,
                       0.5F * law.tension_N_m * (sqr(h.x) + sqr(h.y)),
                       t.stiffness > 0 ? 1.F / (dt_s * t.stiffness) : 1e30F};
     const float bx = t.bx, cx = t.cx, cy = t.cy;
-    flow[3 * i] = through(t, drive, {bx, 0}, {(1.F / 3) * cy, (1.F / 3) * (0.5F * bx - cx)}, ha, hb);
-    flow[3 * i + 1] = through(t, drive, {cx - bx, cy}, {(-1.F / 6) * cy, (1.F / 6) * (bx + cx)}, hb, hc);
-    flow[3 * i + 2] = through(t, drive, {-cx, -cy}, {(-1.F / 6) * cy, (1.F / 6) * (cx - 2 * bx)}, hc, ha);
+    flow[n] = through(t, drive, {bx, 0}, {(1.F / 3) * cy, (1.F / 3) * (0.5F * bx - cx)}, ha, hb);
+    flow[many + n] = through(t, drive, {cx - bx, cy}, {(-1.F / 6) * cy, (1.F / 6) * (bx + cx)}, hb, hc);
+    flow[2 * many + n] = through(t, drive, {-cx, -cy}, {(-1.F / 6) * cy, (1.F / 6) * (cx - 2 * bx)}, hc, ha);
   }
 
  private:
@@ -300,8 +347,9 @@ struct FlowFilm {
     float most;   ///< mobility that is stable
   };
   /// @param along from one corner to the other @param normal of the segment between, times its length
-  TACTUS_HD Index through(const FilmTriangle& t, const Drive& d, FilmTriangle::Slope along,
-                          FilmTriangle::Slope normal, float from_m, float to_m) const {
+  TACTUS_HD TACTUS_ALWAYS_INLINE Index through(const FilmTriangle& t, const Drive& d,
+                                               FilmTriangle::Slope along, FilmTriangle::Slope normal,
+                                               float from_m, float to_m) const {
     const float push = d.x * normal.x + d.y * normal.y, sign = push > 0 ? 1.F : -1.F;
     const float h = push > 0 ? from_m : to_m, other = push > 0 ? to_m : from_m;
     // An edge is held until what presses on it is stronger. Along a line to it, through a film at rest,
@@ -310,12 +358,13 @@ struct FlowFilm {
     // may be smaller or larger than the edge's curve.
     const float fall = max(sign * (t.gx * along.x + t.gy * along.y), 0.F);
     const float press = d.steep + 0.5F * law.density_kg_m3 * h * (max(t.gn, 0.F) * h + fall);
-    if (!(h > 0) || (other == 0 && press < law.hold_N_m)) return 0;
+    const float held = other == 0 ? law.hold_N_m : 0.F;
     const float mobility = t.factor * min(law.mobility_1_Pa_s * h * sqr(h), d.most);
     // A corner has two such segments in a triangle, and a third of its area.
     const float most_m3 = (0.49F / 3) * h * t.area_m2();
-    const float units = min(mobility * abs(push) * dt_s, most_m3) * kFilmUnits_1_m3;
-    return static_cast<Index>(sign * min(units, 1e9F));
+    const float units = min(min(mobility * abs(push) * dt_s, most_m3) * kFilmUnits_1_m3, 1e9F);
+    const bool flows = (h > 0) & (press >= held) & (t.factor > 0);
+    return static_cast<Index>(flows ? sign * units : 0.F);
   }
 };
 
