@@ -1,6 +1,7 @@
 #include "tactus/window/camera_strip.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "tactus/window/panel_look.h"
 
@@ -83,7 +84,7 @@ void CameraStrip::draw_camera(const CameraModel::Camera& camera, const Thumb& th
   const float height =
       width * static_cast<float>(thumb.size_px.y) / static_cast<float>(std::max(thumb.size_px.x, 1));
   ImGui::BeginGroup();
-  ImGui::Image(reinterpret_cast<ImTextureID>(std::uintptr_t{thumb.texture.get()}), {width, height});
+  ImGui::Image(std::bit_cast<ImTextureID>(std::uintptr_t{thumb.texture.get()}), {width, height});
   const bool is_marked = camera.is_missing || !camera.fault.empty();
   if (is_marked)
     ImGui::GetWindowDrawList()->AddRect(at, {at.x + width, at.y + height}, kVermilion, 0, 0, 2 * scale);
