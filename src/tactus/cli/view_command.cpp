@@ -69,7 +69,7 @@ void view(const ViewFlags& flags) {
   options.name = std::filesystem::path(flags.path).stem().string();
   if (const std::string missing = window_missing(); !missing.empty())
     throw Error("this build has no windows: " + missing + ", then build again");
-  ViewedScene viewed = viewed_scene(flags.path, flags.source_path, flags.tool);
+  ViewedScene viewed = viewed_scene(flags.path, flags.source_path, flags.tool, true);
   viewed.scene.source.plain = flags.plain;
   LiveRun run(std::move(viewed.scene), {.named = flags.path,
                                         .devices = flags.devices,

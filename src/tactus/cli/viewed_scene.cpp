@@ -131,7 +131,7 @@ void make_cuttable(Scene& scene) {
         "hybrid)");
 }
 
-std::vector<std::string> choose_tools(Scene& scene, const std::string& asked) {
+std::vector<std::string> choose_tools(Scene& scene, const std::string& asked, bool adds_hook) {
   if (asked == "none") return {};
   std::vector<std::string> tools = held_names(scene);
   const auto named = std::find(tools.begin(), tools.end(), asked);
@@ -160,7 +160,7 @@ std::vector<std::string> choose_tools(Scene& scene, const std::string& asked) {
     tools.push_back(add_scalpel(scene, place));
   if (asked == "hook")
     tools.insert(tools.begin(), add_hook(scene, place));
-  else if (has_none)
+  else if (has_none && adds_hook)
     tools.push_back(add_hook(scene, place));
   return tools;
 }
@@ -169,7 +169,8 @@ std::vector<std::string> choose_tools(Scene& scene, const std::string& asked) {
 
 bool is_film(const std::string& path) { return is_recording(path) || is_rig_file(path); }
 
-ViewedScene viewed_scene(const std::string& path, const std::string& source_path, const std::string& tool) {
+ViewedScene viewed_scene(const std::string& path, const std::string& source_path, const std::string& tool,
+                         bool adds_hook) {
   if (!std::filesystem::exists(path)) throw Error("'" + path + "': no such file");
   ViewedScene viewed;
   Scene& scene = viewed.scene;
@@ -186,7 +187,7 @@ ViewedScene viewed_scene(const std::string& path, const std::string& source_path
     scene.source = source_of_file(source_path, "--source ");
   else
     go_on_without_end(scene.source);
-  viewed.tools = choose_tools(scene, tool);
+  viewed.tools = choose_tools(scene, tool, adds_hook);
   return viewed;
 }
 
