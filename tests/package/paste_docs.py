@@ -31,7 +31,7 @@ SKIPPED = {
     "docs/python.md": {"make python": "builds: the test `python` has it", "PYTHONPATH": "needs that build",
                        "python3 python/examples/": "the test `python` runs them"},
     "docs/replicate.md": {"tactus reconstruct --source middlebury": "needs recordings: docs/data.md"},
-    "docs/web.md": {"make web": "installs packages", "build/tactus run scenes/poke.yaml": "waits for a browser", "openssl req": "a server that stays: web_tls does it", "printf '%s\\n' 'foreground": "the same", "stunnel ": "the same", "build/tactus view scenes/slice.yaml --web": "waits for a browser", "build/tactus run scenes/fig19": "needs the page"},
+    "docs/web.md": {"make web": "installs packages", "build/tactus run scenes/poke.yaml": "waits for a browser", "build/tactus view scenes/slice.yaml --web": "waits for a browser", "build/tactus run scenes/fig19": "needs the page"},
     "docs/your_cameras.md": {"tactus ": "needs films: your_cameras_test runs this page"},
 }
 

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-"""What viewers of --web cost the physics: frames with one viewer against frames with another that stalls, others that are killed, and twenty.
+"""How much viewers of --web cost the physics: frames with one viewer against frames with another that stalls, others that are killed, and twenty.
 
 usage: tests/web/clients_cost.py PROGRAM [--scene FILE] [--devices LIST] [--block SECONDS] [--turns N]
-  The conditions take turns in one run, so that what else the machine does meets all of them. Prints one line of JSON: per condition the frames, p50 and p99
-  of the physics' stages (wall time, from the trace), and the processor time of the physics' thread per frame, each also relative to one viewer.
+  The conditions take turns in one run, in another order each time, so that other work of the machine meets all of them. Prints one line of JSON: per
+  condition the frames, p50 and p99 of the physics (wall time, from the trace), and the processor time of its thread per frame, each also relative to one viewer.
 """
 import argparse
 import json
 import os
 import pathlib
+import random
 import re
 import socket
 import struct
@@ -26,7 +27,7 @@ bodies:
   - name: block
     shape: {kind: box, size_m: [0.4, 0.1, 0.4]}
     placement: {position_m: [0, 0.3, 0]}
-    spacing_m: 0.01
+    spacing_m: 0.02
     material: {model: tled, young_modulus_pa: 12000}
     fixed: [{kind: half_space, frame: world, point_m: [-0.19, 0, 0], normal: [1, 0, 0]}]
 gravity_m_s2: [0, -9.81, 0]
@@ -88,7 +89,8 @@ class Killed(threading.Thread):
             self.count += 1
 
 
-CONDITIONS = {"one": nothing, "stalled": stalled, "killed": lambda a: [Killed(a)], "twenty": lambda a: [Reader(a) for _ in range(19)]}
+# "same" says how far two equal conditions are apart here.
+CONDITIONS = {"one": nothing, "same": nothing, "stalled": stalled, "killed": lambda a: [Killed(a)], "twenty": lambda a: [Reader(a) for _ in range(19)]}
 
 
 def leave(others: list) -> None:
@@ -137,7 +139,7 @@ def main() -> None:
         time.sleep(3)
         spans: dict[str, list] = {c: [] for c in CONDITIONS}
         for turn in range(options.turns):
-            for condition in list(CONDITIONS) if turn % 2 == 0 else list(CONDITIONS)[::-1]:
+            for condition in random.Random(turn).sample(list(CONDITIONS), len(CONDITIONS)):
                 others = CONDITIONS[condition](address)
                 time.sleep(0.3)
                 begin, used = time.time(), cpu_s(process.pid)
@@ -149,7 +151,7 @@ def main() -> None:
         process.wait(60)
         first.stops = True
         [trace] = folder.glob("*trace*.json")
-        events = json.loads(trace.read_text())["traceEvents"]
+        events = json.loads(trace.read_text())
     frames = [(e["ts"] / 1e6, e["dur"] / 1e3) for e in events if e.get("name") == "frame"]
     assert first.anchor is not None
     number, unix_s = first.anchor

@@ -13,6 +13,7 @@
 #include "tactus/io/scene_file.h"
 #include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_source.h"
+#include "tactus/web/film_sheet.h"
 #include "tactus/web/replay_bytes.h"
 #include "tactus/web/replay_sink.h"
 #include "tactus/web/web_files.h"
@@ -100,6 +101,33 @@ std::string from_base64(std::string_view text) {
     out += static_cast<char>(word >> 2 & 255);
   }
   return out;
+}
+
+/// A square of two triangles, of which one is wet at first, and both later, numbered anew.
+TEST(FilmSheet, VerticesKeepTheirNumbersFromFrameToFrame) {
+  const Vec3f up{0, 1, 0}, a{0, 0, 0}, b{0, 0, 1}, c{1, 0, 0}, d{1, 0, 1};
+  FilmSheet sheet;
+  TriangleMesh first;
+  first.positions_m = {a, b, c};
+  first.normals = {up, up, up};
+  first.triangles = {{2, 0, 1}};
+  EXPECT_EQ(sheet.add(first, "\1\2\3"), "\1\2\3");
+  const auto one = sheet.triangles();
+  EXPECT_EQ(*one, (FilmSheet::Triangles{{0, 1, 2}})) << "from its smallest corner on";
+  EXPECT_EQ(sheet.triangles(), one);
+  TriangleMesh second;
+  second.positions_m = {d, c, b};
+  second.normals = {up, up, up};
+  second.triangles = {{1, 2, 0}};
+  EXPECT_EQ(sheet.add(second, "\4\5\6"), std::string("\0\6\5\4", 4)) << "the first corner is dry now";
+  EXPECT_EQ(*sheet.triangles(), (FilmSheet::Triangles{{0, 1, 2}, {1, 3, 2}}));
+  EXPECT_EQ(sheet.add(first, "\1\2\3"), std::string("\1\2\3\0", 4));
+  EXPECT_EQ(sheet.triangles()->size(), 2U);
+}
+
+TEST(ReplayBytes, FilmIsToldByDifferences) {
+  EXPECT_EQ(pack_film("\5\1", "\2\2"), "\3\xff");
+  EXPECT_EQ(pack_film("\5\1", "\2"), "\5\1") << "another number of vertices";
 }
 
 constexpr const char* kFalling = R"(

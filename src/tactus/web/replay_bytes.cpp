@@ -44,6 +44,15 @@ std::string pack_corners(std::span<const std::array<Index, 3>> triangles) {
   return packed;
 }
 
+std::string pack_film(std::string_view film, std::string_view before) {
+  std::string packed(film);
+  if (before.size() == film.size())
+    for (std::size_t i = 0; i < packed.size(); ++i)
+      packed[i] =
+          static_cast<char>(static_cast<unsigned char>(film[i]) - static_cast<unsigned char>(before[i]));
+  return packed;
+}
+
 std::string deflated(std::string_view bytes) {
   uLongf size = compressBound(static_cast<uLong>(bytes.size()));
   std::string out(size, '\0');

@@ -18,6 +18,9 @@ std::string pack_vertices(std::string_view vertices, std::string_view before);
 /// Likewise, corners of triangles as differences from the corner before, in 32 bits.
 std::string pack_corners(std::span<const std::array<Index, 3>> triangles);
 
+/// Film on vertices: each byte less that of the frame before, where that has as many.
+std::string pack_film(std::string_view film, std::string_view before);
+
 /// zlib's deflate at its best, as DecompressionStream('deflate') reads it. @throws Error out of memory.
 std::string deflated(std::string_view bytes);
 

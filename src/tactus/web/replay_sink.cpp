@@ -74,7 +74,7 @@ void ReplaySink::frame(RunFrame& frame) {
 
 ReplaySink::Block ReplaySink::block_of(BlockKind kind, const BlockStyle& style,
                                        std::span<const Vec3f> positions_m, std::span<const Vec3f> normals) {
-  Block block{kind, style.role, std::string(style.name), style.color, 0, {}, {}, {}, nullptr};
+  Block block{kind, style.role, std::string(style.name), style.color, style.opacity};
   const StreamGrid tight = StreamGrid::around(positions_m);
   StreamGrid& grid = grids_.try_emplace(block.key(), roomy(tight)).first->second;
   if (!holds(grid, tight)) grid = roomy(tight);
@@ -90,7 +90,15 @@ ReplaySink::Block ReplaySink::block_of(BlockKind kind, const BlockStyle& style,
 }
 
 void ReplaySink::keep(const FrameSnapshot& snapshot, Frame frame) {
-  for (StreamScene::Surface& surface : scene_.surfaces(snapshot, creases_)) {
+  for (StreamScene::Surface& surface : scene_.surfaces(snapshot, creases_, false)) {
+    if (surface.is_sheet) {
+      Block& block = frame.blocks.emplace_back(Block{BlockKind::surface, surface.style.role,
+                                                     std::string(surface.style.name), surface.style.color,
+                                                     surface.style.opacity});
+      block.sheet = &sheets_[block.key()];
+      block.film = block.sheet->add(surface.mesh, surface.film);
+      continue;
+    }
     Block block = block_of(BlockKind::surface, surface.style, surface.mesh.positions_m, surface.mesh.normals);
     std::shared_ptr<const Triangles>& shown = shown_[block.key()];
     if (shown == nullptr || *shown != surface.mesh.triangles)
@@ -104,6 +112,26 @@ void ReplaySink::keep(const FrameSnapshot& snapshot, Frame frame) {
     frame.blocks.push_back(block_of(points.kind, points.style, points.positions_m, {}));
   kept_.push_back(std::move(frame));
   if (kept_.size() > kMostFrames) halve();
+}
+
+void ReplaySink::spread_sheets() {
+  std::map<FilmSheet*, Block> all;
+  for (Frame& frame : kept_)
+    for (Block& block : frame.blocks) {
+      if (block.sheet == nullptr) continue;
+      FilmSheet& sheet = *block.sheet;
+      auto whole = all.find(&sheet);
+      if (whole == all.end()) {
+        const BlockStyle style{block.role, block.name, block.color, block.opacity};
+        whole = all.emplace(&sheet, block_of(BlockKind::surface, style, sheet.positions_m(), sheet.normals()))
+                    .first;
+      }
+      block.grid = whole->second.grid;
+      block.vertices = whole->second.vertices;
+      block.triangles = sheet.triangles();
+      block.film.resize(sheet.positions_m().size(), '\0');
+      block.flags = whole->second.flags | kHasFilm | kWetAlone;
+    }
 }
 
 void ReplaySink::halve() {
@@ -136,10 +164,11 @@ std::string ReplaySink::packed_frame(const Frame& frame, std::map<std::string, c
         block.flags | kPacked | (same_triangles ? kSameTriangles : 0U) | (differs ? kDifference : 0U);
     const bool has_triangles = !same_triangles && block.triangles != nullptr;
     const std::size_t count = block.vertices.size() / 8;
-    message.add_packed(block.kind, {block.role, block.name, block.color}, count,
+    message.add_packed(block.kind, {block.role, block.name, block.color, block.opacity}, count,
                        has_triangles ? block.triangles->size() : 0,
                        pack_vertices(block.vertices, then) +
-                           (has_triangles ? pack_corners(*block.triangles) : std::string()) + block.film,
+                           (has_triangles ? pack_corners(*block.triangles) : std::string()) +
+                           (differs ? pack_film(block.film, last->film) : block.film),
                        block.grid, flags);
   }
   if (frame.status) message.add_json({BlockRole::status, "status"}, *frame.status);
@@ -160,6 +189,7 @@ std::string ReplaySink::messages(const std::string& summary) const {
 
 void ReplaySink::end(RunNotices& notices) {
   worker_.finish();
+  spread_sheets();
   nlohmann::json summary{{"frames", frames_}, {"statuses", notices.statuses()}};
   summary["notices"] = nlohmann::json::array();
   for (const Notice& n : notices.notices())

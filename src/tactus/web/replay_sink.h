@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "tactus/base/worker.h"
+#include "tactus/web/film_sheet.h"
 #include "tactus/web/run_status.h"
 #include "tactus/web/stream_scene.h"
 
@@ -36,11 +37,13 @@ class ReplaySink final : public FrameSink {
     BlockRole role = BlockRole::other;
     std::string name;
     Vec3f color;
+    float opacity = 1;
     std::uint32_t flags = 0;
-    StreamGrid grid;
-    std::string vertices;
-    std::string film;
-    std::shared_ptr<const Triangles> triangles;  ///< the same object where they are the same
+    StreamGrid grid = {};
+    std::string vertices = {};
+    std::string film = {};
+    std::shared_ptr<const Triangles> triangles = {};  ///< the same object where they are the same
+    FilmSheet* sheet = nullptr;                       ///< has its vertices and triangles
     std::string key() const { return std::to_string(static_cast<std::uint32_t>(role)) + name; }
   };
   struct Frame {
@@ -55,6 +58,8 @@ class ReplaySink final : public FrameSink {
   Block block_of(BlockKind kind, const BlockStyle& style, std::span<const Vec3f> positions_m,
                  std::span<const Vec3f> normals);
   void halve();
+  /// Gives each block of a sheet all its vertices and triangles.
+  void spread_sheets();
   std::string messages(const std::string& summary) const;
   static std::string packed_frame(const Frame& frame, std::map<std::string, const Block*>& before);
 
@@ -66,6 +71,7 @@ class ReplaySink final : public FrameSink {
   std::deque<Frame> kept_;
   std::atomic<int> every_ = 1;  ///< frames from one that is kept to the next
   int frames_ = 0;
+  std::map<std::string, FilmSheet> sheets_;                        ///< by key
   std::map<std::string, StreamGrid> grids_;                        ///< by key
   std::map<std::string, std::shared_ptr<const Triangles>> shown_;  ///< the newest, likewise
   Worker worker_{3};                                               ///< last: it uses the others

@@ -33,6 +33,8 @@ enum class BlockRole : std::uint32_t {
 inline constexpr std::uint32_t kWideIndices = 1, kHasNormals = 2, kSameTriangles = 4;
 /// The same, in reports only (replay_bytes.h).
 inline constexpr std::uint32_t kPacked = 8, kDifference = 16;
+/// Likewise: triangles without film aren't drawn.
+inline constexpr std::uint32_t kWetAlone = 64;
 /// A byte a vertex stands behind the triangles: the film of liquid on it, in steps of kFilmStep_m.
 inline constexpr std::uint32_t kHasFilm = 32;
 inline constexpr float kFilmStep_m = 1e-5F;
@@ -41,7 +43,7 @@ struct BlockStyle {
   BlockRole role = BlockRole::other;
   std::string_view name;
   Vec3f color{0.8F, 0.8F, 0.8F};  ///< sRGB, 0 to 1
-  float opacity = 1;
+  float opacity = 1;              ///< of a surface with film, where it is dry
 };
 
 /// Where the 16-bit steps of a block begin, and how long they are.

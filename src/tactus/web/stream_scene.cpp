@@ -178,8 +178,8 @@ std::string StreamScene::setting(bool control, std::span<const SceneParameter> p
   return message.take();
 }
 
-std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& snapshot,
-                                                        CreaseMemory& creases) const {
+std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& snapshot, CreaseMemory& creases,
+                                                        bool lifts_sheets) const {
   std::vector<Surface> all;
   if (!snapshot.real.triangles.empty()) all.push_back({{BlockRole::real, "real", kClay}, snapshot.real, {}});
   for (std::size_t b = 0; b < snapshot.bodies.size(); ++b) {
@@ -197,9 +197,11 @@ std::vector<StreamScene::Surface> StreamScene::surfaces(const FrameSnapshot& sna
     std::string bytes = film_bytes(wet.film);
     if (name == film_names_.end() || bytes.empty()) continue;
     Surface& film =
-        all.emplace_back(Surface{{BlockRole::obstacle, name->second, kGrey}, wet.mesh, std::move(bytes)});
+        all.emplace_back(Surface{{BlockRole::obstacle, name->second, kGrey, 0}, wet.mesh, std::move(bytes)});
+    film.is_sheet = std::find(moving_.begin(), moving_.end(), wet.name) == moving_.end();
+    const bool is_lifted = lifts_sheets || !film.is_sheet;
     for (std::size_t v = 0; v < wet.mesh.positions_m.size(); ++v)
-      film.mesh.positions_m[v] += (kAbove_m + wet.film.film_m[v]) * wet.mesh.normals[v];
+      film.mesh.positions_m[v] += (kAbove_m + (is_lifted ? wet.film.film_m[v] : 0)) * wet.mesh.normals[v];
   }
   for (std::size_t b = 0; b < snapshot.blades.size(); ++b) {
     // As a view: the conditional operator would copy the name, and the style would view the dead copy.

@@ -56,10 +56,13 @@ class StreamScene {
   struct Surface {
     BlockStyle style;
     TriangleMesh mesh;
-    std::string film;  ///< a byte a vertex (kFilmStep_m), or none
+    std::string film;       ///< a byte a vertex (kFilmStep_m), or none
+    bool is_sheet = false;  ///< film on an obstacle that stands still; not lifted, where that was asked
   };
   /// @param creases of earlier snapshots of this run: surfaces that weren't cut since keep their vertices
-  std::vector<Surface> surfaces(const FrameSnapshot& snapshot, CreaseMemory& creases) const;
+  /// @param lifts_sheets films on obstacles are as thick as they are; else flat
+  std::vector<Surface> surfaces(const FrameSnapshot& snapshot, CreaseMemory& creases,
+                                bool lifts_sheets = true) const;
   /// Lines and particles of a snapshot.
   struct Points {
     BlockKind kind;

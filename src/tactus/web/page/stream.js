@@ -2,7 +2,7 @@
 export const KIND = { setting: 1, frame: 2, summary: 3 };
 export const BLOCK = { surface: 1, particles: 2, lines: 3, json: 4 };
 export const ROLE = { other: 0, real: 1, body: 2, obstacle: 3, blade: 4, tool: 5, camera: 6, box: 7, liquid: 8, setting: 9, status: 10 };
-export const FLAG = { wide: 1, normals: 2, sameTriangles: 4, packed: 8, difference: 16, film: 32 };
+export const FLAG = { wide: 1, normals: 2, sameTriangles: 4, packed: 8, difference: 16, film: 32, wetAlone: 64 };
 
 const text = new TextDecoder();
 
@@ -63,6 +63,14 @@ export function unpackCorners(packed, count) {
   return corners;
 }
 
+// Those on which a film lies, of all on which one ever does.
+function wetTriangles(corners, film) {
+  const wet = [];
+  for (let i = 0; i < corners.length; i += 3)
+    if (film[corners[i]] || film[corners[i + 1]] || film[corners[i + 2]]) wet.push(corners[i], corners[i + 1], corners[i + 2]);
+  return new Uint32Array(wet);
+}
+
 // The messages of a report: each behind its length. Differences and triangles that were left out are filled in.
 export function decodeReport(buffer) {
   const messages = [], v = new DataView(buffer);
@@ -79,8 +87,13 @@ export function decodeReport(buffer) {
       now.set(key, block);
       const last = before.get(key);
       block.vertices = unpackVertices(block.packed, block.count, block.flags & FLAG.difference ? last.vertices : null);
-      if (block.flags & FLAG.sameTriangles) block.indices = last.indices;
+      if (block.film && block.flags & FLAG.difference && last.film?.length === block.film.length) block.film = block.film.map((byte, v) => byte + last.film[v]);
+      if (block.flags & FLAG.sameTriangles) block.indices = last.corners ?? last.indices;
       else if (block.kind === BLOCK.surface) block.indices = unpackCorners(block.packed.subarray(8 * block.count), 3 * block.triangles);
+      if (block.flags & FLAG.wetAlone) {
+        block.corners = block.indices;
+        block.indices = wetTriangles(block.corners, block.film);
+      }
       block.packed = null;
       block.flags &= ~(FLAG.sameTriangles | FLAG.packed | FLAG.difference);
     }

@@ -7,7 +7,8 @@ const OCT_DECLARATION = 'attribute float oct;\nattribute float film;\nvarying fl
 const FILM_COLOR = `
 #include <color_fragment>
   float filmCover = 1.0 - exp(-filmOf * 2.55e-3 / 0.5e-3);
-  diffuseColor.rgb = mix(diffuseColor.rgb, filmColor, filmCover);
+  diffuseColor.rgb = mix(diffuseColor.rgb, filmColor, mix(1.0, filmCover, diffuseColor.a));
+  diffuseColor.a = mix(diffuseColor.a, 1.0, filmCover);
 `;
 const FILM_ROUGHNESS = `
 #include <roughnessmap_fragment>
@@ -102,7 +103,7 @@ export class Viewer {
     let object;
     if (block.kind === BLOCK.surface) {
       const [roughness, metalness] = LOOKS[block.role] ?? [0.6, 0];
-      const material = new THREE.MeshStandardMaterial({ color, roughness, metalness, side: THREE.DoubleSide, transparent: block.opacity < 1, opacity: block.opacity });
+      const material = new THREE.MeshStandardMaterial({ color, roughness, metalness, side: THREE.DoubleSide, transparent: block.opacity < 1, opacity: block.opacity, depthWrite: block.opacity === 1 });
       if (block.flags & FLAG.normals)
         material.onBeforeCompile = (shader) => {
           shader.vertexShader = OCT_DECLARATION + shader.vertexShader.replace('#include <beginnormal_vertex>', `${OCT_NORMAL}filmOf = film;\n`);
@@ -113,7 +114,8 @@ export class Viewer {
       else material.flatShading = true;
       material.customProgramCacheKey = () => (block.flags & FLAG.normals ? 'oct' : 'flat');
       object = new THREE.Mesh(geometry, material);
-      object.castShadow = object.receiveShadow = true;
+      object.castShadow = block.opacity === 1;
+      object.receiveShadow = true;
     } else if (block.kind === BLOCK.lines) {
       object = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
     } else {
