@@ -25,7 +25,7 @@ obstacles:
 fluid:
   spacing_m: 0.0025
   film: true
-  max_particles: 2000
+  max_particles: 5000
   box: {min_m: [-0.05, -0.05, -0.05], max_m: [0.05, 0.05, 0.05]}
   open: all
   blocks: [{min_m: [-0.01, 0, -0.01], max_m: [0.01001, 0.00251, 0.01001]}]
@@ -119,13 +119,15 @@ Puddle puddle_on_first(test::FilmedWorld& world) {
 }
 
 /// A slab of 20 x 20 x 2.5 mm, laid down. Young and Laplace's puddle at 40 degrees is 31.3 mm across
-/// (film_test.cpp integrates it). 15 %, as for particles on a flat sheet (film_exchange_test.cpp): the edge
-/// lies between two rows of vertices, 6 %; and while particles are not yet film, they slump at up to
-/// (g h)^(1/2) = 0.16 m/s, 2.6 mm a frame, to where the film's edge does not recede. From a fall of 2 mm,
-/// too.
+/// (film_test.cpp integrates it). 5 %, as for particles on a flat sheet (film_exchange_test.cpp). From a fall
+/// of 2 mm, too, where one fine particle may splash off and lie apart.
 TEST(FilmOnObstacle, AMillilitreIsOnePuddle) {
-  for (const auto& [spacing_m, fall_m] :
-       {std::pair{0.0025, 0.0}, {0.00125, 0.0}, {0.0025, 0.002}, {0.00125, 0.002}}) {
+  for (const auto& [spacing_m, fall_m] : {std::pair{0.0025, 0.0},
+                                          {0.00125, 0.0},
+                                          {0.000625, 0.0},
+                                          {0.0025, 0.002},
+                                          {0.00125, 0.002},
+                                          {0.000625, 0.002}}) {
     Scene scene = table();
     scene.fluid->spacing_m = spacing_m;
     scene.fluid->blocks[0].box.min_m.y += fall_m;
@@ -142,8 +144,8 @@ TEST(FilmOnObstacle, AMillilitreIsOnePuddle) {
     const double particle_m3 = spacing_m * spacing_m * spacing_m;
     EXPECT_LE(report.liquid.here * particle_m3, 0.02e-6);
     EXPECT_NEAR(puddle.volume_m3 + report.liquid.here * particle_m3, 1e-6, 1e-9);
-    EXPECT_NEAR(across_m, 31.3e-3, 0.15 * 31.3e-3);
-    EXPECT_EQ(puddle.pieces, 1);
+    EXPECT_NEAR(across_m, 31.3e-3, 0.05 * 31.3e-3);
+    EXPECT_LE(puddle.pieces, fall_m > 0 ? 2 : 1);
   }
 }
 

@@ -16,9 +16,11 @@ void Liquid::place(std::span<const LiquidParticle> particles) {
   }
   std::vector<Kept> kept;
   for (const LiquidParticle& p : particles)
-    kept.push_back({.particle = {p.x_m, p.v_m_s, static_cast<Index>(kept.size())}});
+    kept.push_back({.particle = {p.x_m, p.v_m_s, static_cast<Index>(kept.size())}, .sorted_m = p.x_m});
   const auto n = static_cast<Index>(particles.size());
   put(kept, n, {.next_id = n, .placed = static_cast<std::uint32_t>(n)});
+  // A film takes those that were laid down before they run apart: in the first frame, ahead of its steps.
+  if (part_count() == 1) sort_again(kept);
 }
 
 void Liquid::put(const std::vector<Kept>& particles, Index count, const LiquidCounters& counters) {

@@ -27,7 +27,8 @@ FilmExchangeLaw law_of(const FilmExchangeSettings& s, const FilmLaw& film) {
           .slow_m_s = s.slow_m_s,
           .particle_units = std::llround(double{particle_m3} * double{kFilmUnits_1_m3}),
           .particle_m3 = particle_m3,
-          .thick_m = std::max(0.7F * s.spacing_m, 1.2F * puddle_m)};
+          .thick_m = std::max(0.7F * s.spacing_m, 1.2F * puddle_m),
+          .thick_on_floor_m = std::max(0.7F * s.spacing_m, 2 * puddle_m)};
 }
 
 }  // namespace
@@ -38,7 +39,7 @@ FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& setting
       vertices_(ctx.device(), {.max_particles = film.max_vertices(), .reach_m = settings.reach_m}),
       places_(ctx.device(), {.max_particles = film.max_vertices(), .reach_m = settings.spacing_m}),
       target_(ctx.device(), settings.max_particles),
-      claim_(ctx.device(), film.max_vertices()),
+      layers_(ctx.device(), FilmExchangeLaw::kLayers * std::int64_t{film.max_vertices()}),
       key_(ctx.device(), film.max_vertices()),
       most_(ctx.device(), film.max_vertices()),
       place_m_(ctx.device(), film.max_vertices()),
@@ -55,7 +56,7 @@ FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& setting
       ledger_(ctx.device(), 1) {
   ctx.fill_bytes(ledger_.view(), 0);
   ctx.fill_bytes(last_x_m_.view(), 0);
-  ctx.fill_bytes(claim_.view(), 0);
+  ctx.fill_bytes(layers_.view(), 0);
   ctx.fill_bytes(key_.view(), 0);
 }
 
@@ -92,17 +93,15 @@ void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface,
 void FilmExchange::take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
                         const LiquidArrivals& liquid) {
   if (!settings_.is_still) vertices_.build(ctx, skin.surface.x_m, {}, skin.surface.vertices);
-  const View<const Index> id(liquid.id);
   search.visit(ctx, "film/touch", vertices_,
                FindFilmVertex{law_, skin, vertices_.cells().order, View<const Vec3f>(liquid.x_m),
-                              View<const Vec3f>(liquid.v_m_s), target_.view()});
-  for (int round = 0; round < kRounds; ++round) {
-    ctx.parallel_for("film/claim", search.placed(),
-                     ClaimVertices{law_, skin, id, film.volumes(), target_.view(), claim_.view()});
-    ctx.parallel_for("film/take", search.placed(),
-                     TakeParticles{law_, skin, id, target_.view(), claim_.view(), liquid.x_m, film.gains(),
-                                   liquid.counters, ledger_.view()});
-  }
+                              View<const Vec3f>(liquid.v_m_s), target_.view(), layers_.view()});
+  ctx.parallel_for("film/choose", search.placed(),
+                   ChooseTaken{law_, skin, film.volumes(), layers_.const_view(),
+                               View<const Vec3f>(liquid.x_m), View<const Index>(liquid.id), target_.view()});
+  ctx.parallel_for("film/take", search.placed(),
+                   TakeParticles{law_, skin, target_.const_view(), layers_.view(), liquid.x_m, film.gains(),
+                                 liquid.counters, ledger_.view()});
 }
 
 void FilmExchange::give(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,

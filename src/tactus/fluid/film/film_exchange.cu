@@ -3,7 +3,7 @@
 #include "tactus/geom/search/neighbour_visit.h"
 
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindFilmVertex>);
-TACTUS_CUDA_KERNEL(tactus::ClaimVertices);
+TACTUS_CUDA_KERNEL(tactus::ChooseTaken);
 TACTUS_CUDA_KERNEL(tactus::LargestKey);
 TACTUS_CUDA_KERNEL(tactus::TakeParticles);
 TACTUS_CUDA_KERNEL(tactus::KeyThickFilm);

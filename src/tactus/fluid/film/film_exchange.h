@@ -20,8 +20,6 @@ struct FilmExchangeSettings {
 /// Once a frame, after the film's step. Asynchronous, may be recorded.
 class FilmExchange {
  public:
-  /// Particles that one place takes in a frame at most.
-  static constexpr int kRounds = 4;
   /// @throws Error naming the setting that is out of range.
   FilmExchange(ExecContext& ctx, const FilmExchangeSettings& settings, const Film& film);
 
@@ -56,7 +54,7 @@ class FilmExchange {
   FilmExchangeLaw law_;
   NeighbourSearch vertices_, places_;
   Buffer<Index> target_;
-  Buffer<std::uint32_t> claim_;
+  Buffer<std::uint32_t> layers_;
   Buffer<std::uint64_t> key_, most_;
   Buffer<Vec3f> place_m_, last_x_m_;
   Buffer<LiquidRound> round_;

@@ -2,10 +2,10 @@
 /// Particles that become film where they touch a surface slowly, and film that becomes particles where it is
 /// too thick. A particle is a whole number of units of volume, so the ledger is exact.
 ///
-/// A particle gives its volume to the triangles round the vertex that is nearest. Many do at once: volumes
-/// are integers, so their sums don't depend on the order. A particle comes from the triangles round a vertex:
-/// among vertices that want to give at once, those are chosen whose keys are the largest within two rings. No
-/// two of them have a neighbour in common, so each takes its neighbours' volumes alone.
+/// A particle gives its volume to the triangles round the vertex that is nearest. Many do at once, layer upon
+/// layer: volumes are integers, so their sums don't depend on the order. A particle comes from the triangles
+/// round a vertex: among vertices that want to give at once, those are chosen whose keys are the largest
+/// within two rings. No two of them have a neighbour in common, so each takes its neighbours' volumes alone.
 #include "tactus/compute/atomic.h"
 #include "tactus/fluid/film/film_kernels.h"
 #include "tactus/fluid/film/film_region_kernels.h"
@@ -24,10 +24,14 @@ struct FilmExchangeLaw {
   std::int64_t particle_units = 0;  ///< of volume
   float particle_m3 = 0;
   /// The film takes particles up to here. It gives them where one particle, round a vertex, lies on top of
-  /// that: what was just taken stays.
+  /// that: liquid that was just taken stays.
   float thick_m = 0;
+  /// On a floor the film spreads by itself. It holds so much there, if that is more.
+  float thick_on_floor_m = 0;
   /// In spacings. A particle at rest on a wall is half a spacing from it.
   static constexpr float kTouch = 0.75F, kApart = 0.9F;
+  /// Layers of particles above a vertex that may become film in a frame.
+  static constexpr Index kLayers = 8;
 };
 
 /// A surface, with what an exchange must know of it besides.
@@ -45,6 +49,12 @@ struct FilmSkin {
     return 0.5F * length(cross(surface.x_m[surface.corners[3 * triangle + 1]] - a,
                                surface.x_m[surface.corners[3 * triangle + 2]] - a));
   }
+  /// As thick as the film may be at a vertex, however small particles are.
+  TACTUS_HD float most_m(const FilmExchangeLaw& law, Vec3f normal) const {
+    const Vec3f g = frame[0].gravity_m_s2;
+    const float into = -dot(normal, g), whole = length(g);
+    return law.thick_m + (into > 0 ? into / whole * (law.thick_on_floor_m - law.thick_m) : 0.F);
+  }
   /// The area of all triangles round a vertex.
   TACTUS_HD float fan_m2(Index v) const {
     float area = 0;
@@ -60,7 +70,8 @@ struct FilmSkin {
   }
 };
 
-/// For each particle: the vertex nearest to where it is now, if the particle touches it slowly.
+/// For each particle: the vertex nearest to where it is now, if the particle moves slowly above it, and how
+/// many layers are below.
 struct FindFilmVertex {
   static constexpr bool kNearOnly = true;
   template <int kLanes>
@@ -73,7 +84,8 @@ struct FindFilmVertex {
   FilmSkin skin;
   View<const Index> order;       ///< vertex of each slot of their search
   View<const Vec3f> x_m, v_m_s;  ///< of particles, by slot
-  View<Index> target;            ///< by slot; -1: none
+  View<Index> target;            ///< by slot: kLayers times the vertex, and the layer; -1: none
+  View<std::uint32_t> layers;    ///< particles in each, emptied before
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
     own.p[t] = x_m[i];
@@ -95,32 +107,53 @@ struct FindFilmVertex {
     const Index v = own.vertex[t];
     target[i] = -1;
     if (v < 0) return;
-    const float above = dot(own.p[t] - skin.surface.x_m[v], skin.normals[v]);
+    const float above = dot(own.p[t] - skin.surface.x_m[v], skin.normals[v]) / law.spacing_m;
     const Vec3f speed = v_m_s[i] - skin.velocity_m_s(v);
-    if (!(abs(above) < FilmExchangeLaw::kTouch * law.spacing_m && dot(speed, speed) < sqr(law.slow_m_s)))
+    if (!(above > -FilmExchangeLaw::kTouch && above < FilmExchangeLaw::kLayers &&
+          dot(speed, speed) < sqr(law.slow_m_s)))
       return;
-    target[i] = v;
+    target[i] = FilmExchangeLaw::kLayers * v + (above > 0 ? floor_to_int(above) : 0);
+    atomic_add(layers[target[i]], 1U);
   }
 };
 
-/// Thread: slot of a particle. The vertex keeps the least id, where its film has room.
-struct ClaimVertices {
+/// Thread: slot of a particle. It becomes film if it touches the wall, or the film as the layers below it
+/// make it, and there is room in that: for a part of a layer, some of it are taken, as their ids say.
+struct ChooseTaken {
   FilmExchangeLaw law;
   FilmSkin skin;
-  View<const Index> id;
   View<const std::int64_t> volume;
-  View<Index> target;
-  View<std::uint32_t> claim;  ///< 0: of nobody
+  View<const std::uint32_t> layers;
+  View<const Vec3f> x_m;
+  View<const Index> id;
+  View<Index> target;  ///< -2 minus itself: not taken
   TACTUS_HD void operator()(Index i) const {
-    const Index v = target[i];
-    if (v < 0) return;
-    const float area = (1.F / 3) * skin.fan_m2(v), m3 = kFilmUnit_m3 * static_cast<float>(volume[v]);
-    if (area > 0 && m3 <= law.thick_m * area)
-      atomic_max(claim[v], key(id[i]));
-    else
-      target[i] = -1;  // others make it no thinner
+    const Index was = target[i];
+    if (was < 0) return;
+    const Index v = was / FilmExchangeLaw::kLayers, layer = was % FilmExchangeLaw::kLayers;
+    const float area = (1.F / 3) * skin.fan_m2(v),
+                most_m3 = max(law.thick_m * area, skin.most_m(law, skin.normals[v]) * area - law.particle_m3),
+                spacing_m3 = law.spacing_m * area,
+                above = dot(x_m[i] - skin.surface.x_m[v], skin.normals[v]) / law.spacing_m;
+    float m3 = kFilmUnit_m3 * static_cast<float>(volume[v]), layer_m3 = 0;
+    bool is_taken = area > 0;
+    for (Index k = 0; k <= layer && is_taken; ++k) {
+      m3 += layer_m3;
+      layer_m3 = law.particle_m3 * static_cast<float>(layers[FilmExchangeLaw::kLayers * v + k]);
+      // Others lie in the middle of their layers; a layer's part below a particle is as large as it is high.
+      const float within = k == layer ? max(above - static_cast<float>(k), 0.F) : 0.5F,
+                  height = k == layer ? above : static_cast<float>(k) + 0.5F;
+      is_taken = m3 <= most_m3 && (height - FilmExchangeLaw::kTouch) * spacing_m3 < m3 + within * layer_m3;
+    }
+    if (!is_taken || share_of(id[i]) * layer_m3 > most_m3 - m3 + law.particle_m3) target[i] = -2 - was;
   }
-  TACTUS_HD static std::uint32_t key(Index id) { return ~static_cast<std::uint32_t>(id); }
+
+ private:
+  /// Ids that follow one another are spread over 0 to 1.
+  TACTUS_HD static float share_of(Index id) {
+    constexpr std::uint32_t kGolden = 2654435769U;
+    return static_cast<float>(static_cast<std::uint32_t>(id) * kGolden >> 8U) * (1.F / 16777216);
+  }
 };
 
 /// Thread: vertex of the region. Where it has a key, the largest one within two rings. Few have one.
@@ -147,22 +180,22 @@ struct LargestKey {
   }
 };
 
-/// Thread: slot of a particle. The one whose claim the vertex kept takes it back: claims are nobody's again.
+/// Thread: slot of a particle. Its volume goes round its vertex if it was chosen.
 struct TakeParticles {
   FilmExchangeLaw law;
   FilmSkin skin;
-  View<const Index> id;
-  View<Index> target;
-  View<std::uint32_t> claim;
+  View<const Index> target;
+  View<std::uint32_t> layers;  ///< emptied
   View<Vec3f> x_m;
   FilmGains film;
   View<LiquidCounters> counters;
   View<FilmLedger> ledger;
   TACTUS_HD void operator()(Index i) const {
-    const Index v = target[i];
-    // Others read a claim that isn't theirs, before it is taken back or after.
-    if (v < 0 || atomic_load(claim[v]) != ClaimVertices::key(id[i])) return;
-    atomic_store(claim[v], 0U);
+    if (target[i] == -1) return;
+    const bool is_taken = target[i] >= 0;
+    const Index was = is_taken ? target[i] : -2 - target[i], v = was / FilmExchangeLaw::kLayers;
+    atomic_store(layers[was], 0U);
+    if (!is_taken) return;
     const float per_m2 = static_cast<float>(law.particle_units) / (3 * skin.fan_m2(v));
     std::int64_t left = law.particle_units;
     for (Index e = skin.surface.lists[v].begin; e < skin.surface.lists[v].end; ++e) {
@@ -178,7 +211,6 @@ struct TakeParticles {
     film.give(v, left);
     const float nowhere = std::bit_cast<float>(0x7FC00000U);
     x_m[i] = {nowhere, nowhere, nowhere};
-    target[i] = -1;
     atomic_add(counters[0].taken, 1U);
     atomic_add(ledger[0].taken, 1U);
   }
@@ -197,7 +229,9 @@ struct KeyThickFilm {
     const Index v = region[i];
     if (!(height_m[v] > law.thick_m)) return;
     const float area = skin.fan_m2(v);
-    if (!(area > 0 && height_m[v] > law.thick_m + 1.2F * law.particle_m3 / area)) return;
+    if (!(area > 0 &&
+          height_m[v] > max(law.thick_m + 1.2F * law.particle_m3 / area, skin.most_m(law, skin.normals[v]))))
+      return;
     std::int64_t all = volume[v];
     for (Index e = skin.surface.lists[v].begin; e < skin.surface.lists[v].end; ++e)
       all += volume[skin.next(skin.surface.incident[e], v)];
