@@ -326,6 +326,7 @@ try {
   const drag = async (from, by, steps, tool) => {
     await page.mouse.move(...from);
     await page.mouse.down();
+    if (tool) await isThere(tool);
     for (let i = 1; i <= steps; ++i) { await page.mouse.move(from[0] + by[0] * i / steps, from[1] + by[1] * i / steps); await page.waitForTimeout(50); if (tool) await isThere(tool); }
   };
   const block = () => page.evaluate(() => { const t = [...tactus.viewer.things.values()].find((x) => x.name === 'block'); return { top_m: t.extent.max[1], corners: t.corners }; });
