@@ -369,7 +369,9 @@ void CutSurface::find_pieces(const LatticeCutter& cutter, Stage& s) {
     } else {
       const std::size_t w = i - near - splits;
       const WallTriangle& wall = s.walls[w];
-      s.wall_pieces[w] = !is_whole(s.wall_segments, w, wall.point) ? kInPieces
+      const bool is_bare = !(cutter.lattice().cube_fill[index(s.splits[wall.split].split.parent)] > 0);
+      s.wall_pieces[w] = is_bare                                     ? kOutside
+                         : !is_whole(s.wall_segments, w, wall.point) ? kInPieces
                          : wall.may_be_whole && inside(s, s.splits[wall.split], middle_of(wall.point))
                              ? kWhole
                              : kOutside;

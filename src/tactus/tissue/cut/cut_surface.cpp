@@ -203,7 +203,7 @@ void CutSurface::make_walls(const LatticeCutter& cutter, const std::vector<CubeS
       if (split.point[pair] >= 0) place[pair] = at(split.point[pair]);
     Parted& parted = parted_[first_parted + k];
     parted = {Wall(lattice.cubes[index(split.regular)], split.split.sides, cutter.corners(split.split.parent),
-                   place),
+                   place, split.wedges),
               {split.split.part[0], split.split.part[1]},
               -1};
     split.wall = &parted.wall;
@@ -283,66 +283,12 @@ std::array<double, kPairs> CutSurface::places_of(const LatticeCutter& cutter, co
   return places;
 }
 
-/// Share of the way between the corners of a pair at which a point on it lies.
-double CutSurface::share_of(const LatticeCutter& cutter, Index cube, std::size_t pair, Index point) const {
-  const auto [a, b] = kCornerPairs[pair];
-  const auto corner = [](int q) { return vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
-  const Vec3d way = corner(b) - corner(a);
-  return dot(at(point) - vec_cast<double>(cutter.lattice().cubes[index(cube)]) - corner(a), way) /
-         dot(way, way);
-}
-
-/// Beyond the end of its material a wall parts nothing. Material between the end of an older cut and a new
-/// one on the same way has no corner of its own: it stays with the corner, so a part of a cube has material
-/// on a face, or an edge, only where it has a corner there. All cubes round the face decide the same.
-void CutSurface::keep_in_reach(const LatticeCutter& cutter, Index parent,
-                               std::array<double, kPairs>& places) const {
-  const Index regular_cubes = cutter.lattice().regular_cubes();
-  if (parent < regular_cubes) return;
-  // Shares of the way from the end of the material to the other corner: a wall nearer to the end than kMargin
-  // goes to kBeyond.
-  constexpr double kMargin = 0.02, kBeyond = 0.25;
-  const std::uint8_t own = cutter.corners(parent);
-  for (std::size_t pair = 0; pair < kPairs; ++pair) {
-    const auto [a, b] = kCornerPairs[pair];
-    if (places[pair] < 0 || (own >> a & 1) == (own >> b & 1)) continue;
-    const double end = share_of(cutter, parent, pair, ends_[index(parent - regular_cubes)][pair]);
-    if ((own >> a & 1) != 0 && places[pair] < end + kMargin * (1 - end))
-      places[pair] = end + kBeyond * (1 - end);
-    if ((own >> b & 1) != 0 && places[pair] > (1 - kMargin) * end) places[pair] = (1 - kBeyond) * end;
-  }
-}
-
-/// Where the material of the parts ends on the ways from their corners.
-void CutSurface::note_ends(const LatticeCutter& cutter, Split& split) {
-  const Index regular_cubes = cutter.lattice().regular_cubes(), parent = split.split.parent;
-  const std::uint8_t of_parent = cutter.corners(parent);
-  for (std::size_t pair = 0; pair < kPairs; ++pair) {
-    const auto [a, b] = kCornerPairs[pair];
-    const bool has_both = (of_parent >> a & of_parent >> b & 1) != 0,
-               is_at_end = !has_both && ((of_parent >> a | of_parent >> b) & 1) != 0 &&
-                           split.point[pair] == ends_[index(parent - regular_cubes)][pair];
-    split.in_reach |= (has_both || is_at_end ? 1U : 0U) << pair;
-    split.at_end |= (is_at_end ? 1U : 0U) << pair;
-  }
-  for (const Index part : split.split.part) {
-    const std::uint8_t own = cutter.corners(part);
-    for (std::size_t pair = 0; pair < kPairs; ++pair) {
-      const auto [a, b] = kCornerPairs[pair];
-      if ((own >> a & 1) == (own >> b & 1)) continue;
-      const bool is_new = (of_parent >> a & of_parent >> b & 1) != 0;
-      ends_[index(part - regular_cubes)][pair] =
-          is_new ? split.point[pair] : ends_[index(parent - regular_cubes)][pair];
-    }
-  }
-}
-
 /// Where the wall crosses the ways between corners on different sides.
 void CutSurface::find_points(const LatticeCutter& cutter, Split& split) {
   const auto& nodes = cutter.lattice().cube_nodes[index(split.split.parent)];
   const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(split.regular)]);
   std::array<double, kPairs> places = places_of(cutter, split.split);
-  keep_in_reach(cutter, split.split.parent, places);
+  keep_in_reach(cutter, split, places);
   for (std::size_t pair = 0; pair < kPairs; ++pair) {
     const auto [a, b] = kCornerPairs[pair];
     split.point[pair] = -1;
@@ -352,7 +298,8 @@ void CutSurface::find_points(const LatticeCutter& cutter, Split& split) {
     split.point[pair] = *known;
     if (!is_new) continue;
     const auto corner = [&](int q) { return low + vec_cast<double>(Vec3i{q & 1, q >> 1 & 1, q >> 2}); };
-    points_.push_back({between(corner(a), corner(b), places[pair]), true});
+    points_.push_back(
+        {between(corner(a), corner(b), places[pair]), true, {-1, -1}, (split.beyond >> pair & 1) != 0});
   }
   note_ends(cutter, split);
 }

@@ -127,6 +127,7 @@ class CutSurface {
     Vec3d p;
     bool is_wall = false;
     std::array<Index, 2> on{-1, -1};  ///< points of a wall's edge that it lies on
+    bool is_beyond = false;           ///< of a wall that was led round the end of an older one
   };
   struct Corner {
     Index point = 0, cube = 0;
@@ -144,7 +145,10 @@ class CutSurface {
     std::array<Index, kPairs> point{};  ///< of pairs across the wall
     /// Bits of pairs: whose point the parent's material reaches, and ends there.
     std::uint32_t in_reach = 0, at_end = 0;
-    Vec3d reference{};  ///< a point of the parent's material space
+    /// Per side: pairs on which the parent has material there without a corner.
+    std::array<std::uint32_t, 2> wedges{};
+    std::uint32_t beyond = 0;  ///< pairs where it goes round the end of an older wall
+    Vec3d reference{};         ///< a point of the parent's material space
     bool is_reference_inside = true, has_surface = false;
     std::size_t first_face = 0, face_count = 0;                          ///< in the stage's faces
     Vec3d faces_low{1e30, 1e30, 1e30}, faces_high{-1e30, -1e30, -1e30};  ///< box around all
@@ -274,7 +278,8 @@ class CutSurface {
   void make_walls(const LatticeCutter& cutter, const std::vector<CubeSplit>& stage, Stage& s);
   void find_points(const LatticeCutter& cutter, Split& split);
   std::array<double, kPairs> places_of(const LatticeCutter& cutter, const CubeSplit& split) const;
-  void keep_in_reach(const LatticeCutter& cutter, Index parent, std::array<double, kPairs>& places) const;
+  bool has_wedge(const LatticeCutter& cutter, Index cube, std::size_t pair, double place) const;
+  void keep_in_reach(const LatticeCutter& cutter, Split& split, std::array<double, kPairs>& places) const;
   double share_of(const LatticeCutter& cutter, Index cube, std::size_t pair, Index point) const;
   void note_ends(const LatticeCutter& cutter, Split& split);
   void find_reference(const LatticeCutter& cutter, Split& split) const;
@@ -418,8 +423,10 @@ class CutSurface {
   std::vector<Parted> parted_;
   std::vector<Index> parted_place_;  ///< per cube and copy: in parted_; -1: it is whole
   std::vector<Index> parent_;        ///< per cube and copy: the one that it is a part of; -1: none
-  /// Per copy and pair with one corner of its own: point of the wall where its material ends.
-  std::vector<std::array<Index, kPairs>> ends_;
+  /// Per copy and pair: of one with a corner of its own, the point of the wall where its material ends; of a
+  /// wedge, where that begins and ends, from the pair's first corner on; else -1.
+  using Ends = std::array<Index, 2>;
+  std::vector<std::array<Ends, kPairs>> ends_;
   Chains<Vertex> vertices_at_;  ///< per point of a wall
   std::vector<Index> vertex_point_, vertex_cube_;
   std::vector<Vec3f> local_;  ///< of the original vertices

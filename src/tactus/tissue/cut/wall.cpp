@@ -40,7 +40,8 @@ struct Corners {
 const std::array<std::array<int, 4>, 6> Wall::kTets = {
     {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}}};
 
-Wall::Wall(Vec3i cube, std::uint8_t sides, std::uint8_t own, const std::array<Vec3d, 19>& crossing)
+Wall::Wall(Vec3i cube, std::uint8_t sides, std::uint8_t own, const std::array<Vec3d, 19>& crossing,
+           const std::array<std::uint32_t, 2>& wedges)
     : cube_(cube) {
   for (int t = 0; t < 6; ++t) {
     Parting& parting = tets_[at(t)];
@@ -50,6 +51,10 @@ Wall::Wall(Vec3i cube, std::uint8_t sides, std::uint8_t own, const std::array<Ve
       on[sides >> q & 1].push_back(q);
       has_own[sides >> q & 1] |= (own >> q & 1) != 0;
     }
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        for (const std::size_t side : {0U, 1U})
+          has_own[side] |= (wedges[side] >> pair_of(kTets[at(t)][i], kTets[at(t)][j]) & 1U) != 0;
     parting.is_parted = has_own[0] && has_own[1];
     parting.side = has_own[1] || (!has_own[0] && on[0].empty()) ? 1 : 0;
     if (!parting.is_parted) continue;

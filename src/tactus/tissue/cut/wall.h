@@ -22,8 +22,10 @@ class Wall {
   Wall() = default;
   /// @param sides bit q: corner q of the cube is on side 1
   /// @param own corners with material: a tetrahedron whose own corners are on one side is there as a whole
+  /// @param wedges per side: pairs with material there, though their corners on it are not own
   /// @param crossing place between two corners, per pair of kCornerPairs; of pairs on one side unused
-  Wall(Vec3i cube, std::uint8_t sides, std::uint8_t own, const std::array<Vec3d, 19>& crossing);
+  Wall(Vec3i cube, std::uint8_t sides, std::uint8_t own, const std::array<Vec3d, 19>& crossing,
+       const std::array<std::uint32_t, 2>& wedges = {});
 
   /// Without triangles: parts what has nothing between its pieces.
   /// @param side per tetrahedron: of all of it; -1: the plane says
