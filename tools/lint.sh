@@ -58,7 +58,7 @@ export scratch
 header_alone() {
   local log name=${1#include/}
   log=$scratch/$(echo "$1" | tr / _).log
-  echo "#include \"${name#src/}\"" | g++ -std=c++20 -fsyntax-only -Wall -Wextra -Iinclude -Isrc -Ibench -isystem /usr/include/opencv4 \
+  echo "#include \"${name#src/}\"" | g++ -std=c++20 -fsyntax-only -Wall -Wextra -Iinclude -Isrc -Ibench -isystem /usr/include/opencv4 -isystem /usr/include/imgui \
     -march=x86-64-v3 -x c++ - 2>"$log" || { echo "header $1 does not compile alone:"; head -3 "$log"; return 1; }
 }
 export -f header_alone
@@ -84,7 +84,7 @@ fi
 
 # Sources of libraries that a build may lack, as such a build compiles them: CI has all libraries, so nothing else would see it.
 without_libraries() {
-  g++ -std=c++20 -fsyntax-only -Iinclude -Isrc -isystem /usr/include/opencv4 -march=x86-64-v3 "$1" 2>"$scratch/without-$(basename "$1").log" ||
+  g++ -std=c++20 -fsyntax-only -Iinclude -Isrc -isystem /usr/include/opencv4 -isystem /usr/include/imgui -march=x86-64-v3 "$1" 2>"$scratch/without-$(basename "$1").log" ||
     { echo "without its library, $1 does not compile:"; grep -m3 error "$scratch/without-$(basename "$1").log"; return 1; }
 }
 export -f without_libraries
