@@ -149,7 +149,7 @@ def main() -> int:
     if not shutil.which("clang-tidy"):
         print("tidy: clang-tidy is not here", file=sys.stderr)
         return 1
-    subprocess.run(["cmake", "-S", str(ROOT), "-B", str(BUILD), "-G", "Ninja", "-DTACTUS_CUDA=OFF"],
+    subprocess.run(["cmake", "-S", str(ROOT), "-B", str(BUILD), "-G", "Ninja", "-DTACTUS_CUDA=OFF", "-DTACTUS_UNITY=OFF"],
                    stdout=subprocess.DEVNULL, check=True)
     STAMPS.mkdir(exist_ok=True)
     if not self_test():
