@@ -63,7 +63,7 @@ void pose_hand(const HandPosture& posture, float unit_m, std::vector<Rigidf>& T_
   T_world_bone[0] = posture.T_world_palm;
   for (std::size_t i = 0; i < kFingers.size(); ++i) {
     const FingerPlan& f = kFingers[i];
-    const Rigidf first{turn({0, 0, 1}, f.fan_rad), unit_m * f.knuckle_mm};
+    const Rigidf first{rotation_matrix(axis_angle(Vec3f{0, 0, 1}, f.fan_rad)), unit_m * f.knuckle_mm};
     pose_chain(posture.T_world_palm * first,
                {unit_m * f.length_mm[0], unit_m * f.length_mm[1], unit_m * f.length_mm[2]},
                {f.curl * posture.knuckle_rad, f.curl * posture.middle_rad, f.curl * posture.end_rad},
