@@ -50,7 +50,7 @@ def main() -> int:
                "SPDX: libtbb and libc6 are among them")
     if "--commands" in sys.argv:
         commands = [c for c in json.loads(pathlib.Path(sys.argv[sys.argv.index("--commands") + 1]).read_text())
-                    if "/src/tactus/" in c["file"] and c["file"].endswith(".cpp")]
+                    if "/src/tactus/" in c["file"] and c["file"].endswith((".cpp", "_cxx.cxx"))]  # the latter: groups of sources
         for flag in ("-fstack-protector-strong", "-fstack-clash-protection", "-D_FORTIFY_SOURCE=3", "-ffile-prefix-map="):
             without = sorted({pathlib.Path(c["file"]).name for c in commands if flag not in c["command"]})
             expect(len(commands) > 100 and not without, f"{flag}: {len(commands)} sources" + (f", but not {without[:5]}" if without else ""))
