@@ -49,6 +49,7 @@ TEST(ClientMessage, RefusesWhatItCannotUse) {
   EXPECT_NE(refused(R"({"do":"\u001b[2J"})").find("\\x1b"), std::string::npos)
       << "no escapes reach a terminal";
   EXPECT_NE(refused(std::string(kMostClientBytes + 1, ' ')).find("at most 4096"), std::string::npos);
+  EXPECT_EQ(refused(R"({"do":"got","frames":-1})"), "'frames': expected a whole number from 1 on");
   const std::string pose = R"({"do":"pose","obstacle":"ball",)";
   EXPECT_NE(refused(pose + R"("quaternion":[0,0,0,1]})").find("position_m"), std::string::npos);
   EXPECT_NE(refused(pose + R"("position_m":[0,0],"quaternion":[0,0,0,1]})").find("3 numbers"),

@@ -34,11 +34,13 @@ void check_recorded(const RunOptions& options, const Scene& scene) {
 }
 
 void check_web(const RunOptions& options) {
+  const bool keeps_past = options.web_past_MB != RunOptions().web_past_MB;
+  if (options.shows_web && keeps_past && !options.web_control)
+    throw usage_error("--web-past goes with --web-control, which is not given");
   if (options.shows_web) return;
   for (const auto& [flag, is_given] :
        {std::pair{"--web-control", options.web_control}, std::pair{"--web-token", !options.web_token.empty()},
-        std::pair{"--web-name", !options.web_name.empty()},
-        std::pair{"--web-past", options.web_past_MB != RunOptions().web_past_MB}})
+        std::pair{"--web-name", !options.web_name.empty()}, std::pair{"--web-past", keeps_past}})
     if (is_given) throw usage_error(std::string(flag) + " goes with --web, which is not given");
 }
 

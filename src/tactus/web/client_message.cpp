@@ -92,12 +92,14 @@ ClientMessage parse_client_message(std::string_view text) {
                 std::to_string(kMostClientBytes));
   const Json message = Json::parse(text, nullptr, false);
   if (message.is_discarded() || !message.is_object()) throw Error("a message that is no JSON object");
-  static const std::vector<std::string> kKnown{"pause", "run",     "step", "pose", "set",
-                                               "grab",  "release", "see",  "again"};
+  static const std::vector<std::string> kKnown{"pause", "run",     "step", "pose",  "set",
+                                               "grab",  "release", "see",  "again", "got"};
   const std::string asked = text_of(message, "do");
   const auto found = std::find(kKnown.begin(), kKnown.end(), asked);
   if (found == kKnown.end())
     throw Error("'do': '" + printable(asked.substr(0, 16)) + "'" + suggestion(asked, kKnown));
+  if (asked == "got")
+    throw Error("'frames': expected a whole number from 1 on");  // frames_got takes the others
   ClientMessage read;
   read.kind = static_cast<ClientMessage::Kind>(found - kKnown.begin());
   if (read.kind == ClientMessage::Kind::pose) {
