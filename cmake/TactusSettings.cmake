@@ -134,11 +134,11 @@ target_compile_options(tactus_settings INTERFACE
   $<$<COMPILE_LANGUAGE:CUDA>:-fmad=false --expt-relaxed-constexpr -Xcompiler=-fopenmp-simd,-ffp-contract=off>)
 
 # Warnings are ours, not our users': only in this build. (-Wrestrict: false alarms on std::string in g++ 12, PR 105651. The same
-# about overflow, where precompiled headers are no longer known as the system's.)
+# about overflow, in groups of sources and where precompiled headers are no longer known as the system's.)
 add_library(tactus_warnings INTERFACE)
 target_compile_options(tactus_warnings INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:$<$<BOOL:${TACTUS_WERROR}>:-Werror> -Wall -Wextra -Wpedantic -Wshadow -Wfloat-conversion -Wno-unknown-pragmas -Wno-restrict
-    $<$<BOOL:${TACTUS_PCH}>:-Wno-stringop-overflow$<SEMICOLON>-Wno-array-bounds>>
+    $<$<OR:$<BOOL:${TACTUS_PCH}>,$<BOOL:${TACTUS_UNITY}>>:-Wno-stringop-overflow$<SEMICOLON>-Wno-array-bounds>>
   $<$<COMPILE_LANGUAGE:CUDA>:-Werror=cross-execution-space-call -Xcompiler=-Wall,-Wextra>)
 # Modules and programs are compiled with the compiler's and the C library's checks, and without names of this folder: the same bits
 # come from another one. (Of loops of kernels they cost nothing: `bench frame` and `bench table5` take as long with them.)

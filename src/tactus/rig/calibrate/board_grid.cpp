@@ -44,10 +44,10 @@ float value_at(const cv::Mat& image, cv::Point2f p) {
 
 /// Around a crossing, dark and bright change four times; opposite edges are about half a turn apart.
 bool is_crossing(const cv::Mat& grey, cv::Point2f p, float radius_px, Crossing& out) {
-  constexpr int kSamples = 40;
-  std::array<float, kSamples> ring{};
-  for (int k = 0; k < kSamples; ++k) {
-    const float a = 2 * kHalfTurn * static_cast<float>(k) / kSamples;
+  constexpr int kRingSamples = 40;
+  std::array<float, kRingSamples> ring{};
+  for (int k = 0; k < kRingSamples; ++k) {
+    const float a = 2 * kHalfTurn * static_cast<float>(k) / kRingSamples;
     ring[static_cast<std::size_t>(k)] = value_at(grey, p + radius_px * cv::Point2f(std::cos(a), std::sin(a)));
   }
   const auto [low, high] = std::minmax_element(ring.begin(), ring.end());
@@ -56,13 +56,13 @@ bool is_crossing(const cv::Mat& grey, cv::Point2f p, float radius_px, Crossing& 
   std::size_t changes = 0;
   bool first_rises = false;
   std::array<float, 4> at{};
-  for (int k = 0; k < kSamples; ++k) {
+  for (int k = 0; k < kRingSamples; ++k) {
     const float a = ring[static_cast<std::size_t>(k)] - middle,
-                b = ring[static_cast<std::size_t>((k + 1) % kSamples)] - middle;
+                b = ring[static_cast<std::size_t>((k + 1) % kRingSamples)] - middle;
     if ((a < 0) == (b < 0)) continue;
     if (changes == 4) return false;
     if (changes == 0) first_rises = b >= 0;
-    at[changes++] = 2 * kHalfTurn * (static_cast<float>(k) + a / (a - b)) / kSamples;
+    at[changes++] = 2 * kHalfTurn * (static_cast<float>(k) + a / (a - b)) / kRingSamples;
   }
   if (changes != 4) return false;
   for (std::size_t k = 0; k < 2; ++k)
