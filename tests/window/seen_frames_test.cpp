@@ -20,7 +20,7 @@ SeenFrame seen(int number, std::size_t vertices, bool has_state = true) {
   frame->snapshot = snapshot;
   frame->number = number;
   if (!has_state) return {frame, nullptr};
-  return {frame, std::make_shared<SavedState>(SavedState{std::string(100, 'x'), {}, number})};
+  return {frame, std::make_shared<PastState>(PastState{std::string(100, 'x'), {}, number})};
 }
 
 TEST(SeenFrames, AreFoundByTheirNumbers) {

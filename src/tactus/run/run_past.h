@@ -21,7 +21,8 @@ struct PastState {
 /// the state over in a world without a past. @param named before messages: the scene's file
 RunProgress take_up(const PastState& from, FrameSource& source, World& world, const std::string& named);
 
-/// Saves states in a tenth of the time at most: where that takes long, not every frame has one. Thread-safe.
+/// Saves states in a tenth of the time at most: where that takes long, not every frame has one. One thread
+/// saves; any may ask why_not().
 class StateSaver {
  public:
   /// @param why_not the reason why none is saved; "": it does

@@ -1,7 +1,5 @@
 #include "tactus/window/live_run.h"
 
-#include "tactus/base/error.h"
-#include "tactus/base/log.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_source.h"
@@ -26,8 +24,7 @@ LiveRun::LiveRun(Scene scene, Options options)
     : scene_(std::move(scene)),
       options_(std::move(options)),
       control_(control_options(scene_)),
-      why_not_again_(scene_.source.kind == SourceKind::live ? "live cameras can't give their frames again"
-                                                            : ""),
+      saver_(scene_.source.kind == SourceKind::live ? "live cameras can't give their frames again" : ""),
       past_(options_.past_bytes),
       checkup_(scene_.source, [this] {
         if (on_news_) on_news_();
@@ -85,18 +82,18 @@ void LiveRun::work() noexcept {
   if (on_news_) on_news_();
 }
 
-std::shared_ptr<const SavedState> LiveRun::kept() const {
+std::shared_ptr<const PastState> LiveRun::kept() const {
   const std::lock_guard lock(mutex_);
   return kept_;
 }
 
-void LiveRun::keep(std::shared_ptr<const SavedState> state) {
+void LiveRun::keep(std::shared_ptr<const PastState> state) {
   if (state == nullptr) return;
   const std::lock_guard lock(mutex_);
   kept_ = std::move(state);
 }
 
-void LiveRun::simulate_again(std::shared_ptr<const SavedState> state) {
+void LiveRun::simulate_again(std::shared_ptr<const PastState> state) {
   if (state == nullptr) return;
   {
     const std::lock_guard lock(mutex_);
@@ -105,37 +102,9 @@ void LiveRun::simulate_again(std::shared_ptr<const SavedState> state) {
   control_.go_back();
 }
 
-std::string LiveRun::why_not_again() const {
-  const std::lock_guard lock(mutex_);
-  return why_not_again_;
-}
-
-std::shared_ptr<const SavedState> LiveRun::save(World& world, const RunProgress& progress, int number) {
-  if (!why_not_again().empty()) return nullptr;
-  StateArchive a;
-  try {
-    world.impl().archive(a, nullptr);
-  } catch (const Error& error) {  // a tool that is tracked, say: the run goes on
-    log_warning(error.what());
-    const std::lock_guard lock(mutex_);
-    why_not_again_ = error.what();
-    return nullptr;
-  }
-  return std::make_shared<const SavedState>(SavedState{a.bytes(), progress, number});
-}
-
-/// States take a tenth of the time at most: where they take long, not every frame has one.
 void LiveRun::remember(const std::shared_ptr<const ViewedFrame>& frame, World& world,
                        const RunProgress& progress) {
-  if (!past_.is_kept()) return;
-  const double begin_s = now_s();
-  std::shared_ptr<const SavedState> state;
-  if (begin_s >= save_due_s_ || control_.is_paused()) {
-    state = save(world, progress, frame->number);
-    const double end_s = now_s();
-    save_due_s_ = end_s + 9 * (end_s - begin_s);
-  }
-  past_.add({frame, std::move(state)});
+  if (past_.is_kept()) past_.add({frame, saver_.save(world, progress, frame->number, control_.is_paused())});
 }
 
 double LiveRun::budget_ms(const FrameSource& source) const {
@@ -144,16 +113,9 @@ double LiveRun::budget_ms(const FrameSource& source) const {
   return fps && *fps > 0 ? 1e3 / *fps : 0;
 }
 
-RunProgress LiveRun::go_back(const SavedState& state, FrameSource& source, World& world) const {
-  const std::optional<FrameSet> last = take_again(source, state.progress.taken, options_.named);
-  StateArchive a(state.bytes, "frame " + std::to_string(state.number));
-  world.impl().archive(a, last ? &*last : nullptr);
-  return state.progress;
-}
-
 RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   set_state(State::building);
-  std::shared_ptr<const SavedState> again;
+  std::shared_ptr<const PastState> again;
   if (control_.begin()) {
     const std::lock_guard lock(mutex_);
     again.swap(again_);
@@ -170,7 +132,7 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   view_.put(std::move(view));
   RunProgress progress;
   if (again) {
-    progress = go_back(*again, *source, world);
+    progress = take_up(*again, *source, world, options_.named);
     control_.set_grab(std::nullopt);  // nobody holds that tissue now
   }
   set_state(State::running);
@@ -185,7 +147,7 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   const auto should_stop = [&] {
     while (!sink.may_go_on()) {
       if (sink.turn() != RunControl::Turn::keep) return true;
-      keep(save(world, at->progress(), sink.number()));
+      keep(saver_.save(world, at->progress(), sink.number(), true));
     }
     return false;
   };
@@ -199,7 +161,7 @@ RunControl::Turn LiveRun::run_once(DeviceSet& devices) {
   set_state(State::ended);
   RunControl::Turn turn = control_.wait_for_restart();
   for (; turn == RunControl::Turn::keep; turn = control_.wait_for_restart())
-    keep(save(world, loop.progress(), sink.number()));
+    keep(saver_.save(world, loop.progress(), sink.number(), true));
   return turn;
 }
 

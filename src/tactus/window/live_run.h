@@ -55,24 +55,20 @@ class LiveRun {
   /// Frames that were seen. Goes on while the physics runs.
   const SeenFrames& past() const { return past_; }
   /// The state that RunControl::keep() kept; nullptr: none.
-  std::shared_ptr<const SavedState> kept() const;
+  std::shared_ptr<const PastState> kept() const;
   /// Keeps a state of the past.
-  void keep(std::shared_ptr<const SavedState> state);
+  void keep(std::shared_ptr<const PastState> state);
   /// Starts again from there: the frames after it, with the same bits where nobody touches or sets anything.
-  void simulate_again(std::shared_ptr<const SavedState> state);
+  void simulate_again(std::shared_ptr<const PastState> state);
   /// Why this run can't do that; "": it can.
-  std::string why_not_again() const;
+  std::string why_not_again() const { return saver_.why_not(); }
   /// @throws the exception that ended the physics; nothing where none did.
   void rethrow_failure();
 
  private:
   void work() noexcept;
-  /// @returns nullptr where it can't be saved.
-  std::shared_ptr<const SavedState> save(World& world, const RunProgress& progress, int number);
   void remember(const std::shared_ptr<const ViewedFrame>& frame, World& world, const RunProgress& progress);
   double budget_ms(const FrameSource& source) const;
-  /// Takes from the source the frames so far again. @returns how far it has come
-  RunProgress go_back(const SavedState& state, FrameSource& source, World& world) const;
   /// From start to stop or restart.
   RunControl::Turn run_once(DeviceSet& devices);
   void set_state(State state);
@@ -90,10 +86,9 @@ class LiveRun {
   State state_ = State::building;
   bool has_ended_ = false;
   std::exception_ptr failure_;
-  std::shared_ptr<const SavedState> kept_, again_;  ///< again: from where the next run begins
-  std::string why_not_again_;
+  std::shared_ptr<const PastState> kept_, again_;  ///< again: from where the next run begins
+  StateSaver saver_;
   SeenFrames past_;
-  double save_due_s_ = 0;
   RigCheckup checkup_;
   std::thread thread_;
 };

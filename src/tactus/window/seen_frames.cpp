@@ -57,7 +57,7 @@ SeenFrame SeenFrames::moved(int number, int steps) const {
   return frame_of(past_.moved(number, steps));
 }
 
-std::shared_ptr<const SavedState> SeenFrames::state_at(int number) const {
+std::shared_ptr<const PastState> SeenFrames::state_at(int number) const {
   const std::lock_guard lock(mutex_);
   return past_.state_at(number);
 }

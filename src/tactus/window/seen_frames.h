@@ -8,11 +8,9 @@
 
 namespace tactus {
 
-using SavedState = PastState;
-
 struct SeenFrame {
   std::shared_ptr<const ViewedFrame> frame;
-  std::shared_ptr<const SavedState> state;  ///< none where none could be saved
+  std::shared_ptr<const PastState> state;  ///< none where none could be saved
 };
 
 /// Bytes of a frame's meshes, particles and photographs.
@@ -33,7 +31,7 @@ class SeenFrames {
   /// The next that is kept before (steps < 0) or after a frame; the first or last where there are fewer.
   SeenFrame moved(int number, int steps) const;
   /// The newest that has a state, up to this frame.
-  std::shared_ptr<const SavedState> state_at(int number) const;
+  std::shared_ptr<const PastState> state_at(int number) const;
   /// Numbers of the frames that are kept, from the first to the last; 0 for none.
   struct Range {
     int first = 0, last = 0;

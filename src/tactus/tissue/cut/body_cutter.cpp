@@ -7,6 +7,7 @@
 #include "tactus/compute/cpu_for.h"
 
 namespace tactus::cut {
+
 void BodyCutter::take_capacity_for(TopologyChange& change) const {
   const std::size_t splits = std::min(lattice_.lattice().copies.size() / 2, kFrameSplits);
   take_capacity(change.cut, splits);
