@@ -144,6 +144,22 @@ class Steps:
                 return {"number": message["frame"], "blocks": [b for b in message["blocks"] if b["kind"] != 4],
                         "hash": next(b for b in message["blocks"] if b["kind"] == 4)["json"].get("state_hash")}
 
+    def step(self, after: dict) -> dict:
+        """The first frame that is newer than `after`."""
+        self.stream.send('{"do": "step"}')
+        while (frame := self.await_("frame"))["number"] <= after["number"]:
+            pass
+        return frame
+
+    def go_back_to(self, frame: dict) -> dict:
+        """Simulates again from there. @returns the state in which it is the newest"""
+        while self.ask({"do": "see", "frame": frame["number"]}, "frame")["number"] != frame["number"]:
+            pass
+        state = self.ask({"do": "again"}, "state")
+        while state.get("past", {}).get("last") != frame["number"]:
+            state = self.await_("state")
+        return state
+
 
 def check_past(run: Run, is_moving: bool) -> None:
     """A frame of the past is shown again as it was. Simulated again from there, the next ones have the same bits, until something is touched."""
@@ -155,11 +171,17 @@ def check_past(run: Run, is_moving: bool) -> None:
         viewer.stream.send(json.dumps({"do": "set", "parameter": "gravity_m_s2.y", "value": -9.81}))
     while viewer.ask({"do": "pause"}, "state")["state"] != "paused":
         pass
-    frames = [viewer.ask({"do": "step"}, "frame")]
-    while frames[-1]["hash"] is None or len(frames) < 12:  # those from before the pause have no hash
-        frames.append(viewer.ask({"do": "step"}, "frame"))
-    frames = [f for f in frames if f["hash"]]
-    assert [f["number"] for f in frames] == list(range(frames[0]["number"], frames[-1]["number"] + 1)), [f["number"] for f in frames]
+    first = viewer.ask({"do": "step"}, "frame")
+    while first["hash"] is None:  # those from before the pause have none
+        first = viewer.ask({"do": "step"}, "frame")
+    # A frame that was being made when the pause came may still be on its way, and each step's frame would be the next one's answer.
+    # Once the run went back, none is. One goes back from the frame after it, or a later one.
+    viewer.step(after=first)
+    viewer.go_back_to(first)
+    frames = [first]
+    while len(frames) < 12:
+        frames.append(viewer.step(after=frames[-1]))
+    assert [f["number"] for f in frames] == list(range(first["number"], frames[-1]["number"] + 1)), [f["number"] for f in frames]
     assert len({f["hash"] for f in frames}) == len(frames), "nothing moves, so equal bits would say nothing"
     fifth, sixth = frames[4], frames[5]
     assert viewer.ask({"do": "see", "frame": sixth["number"]}, "frame") == sixth
@@ -169,27 +191,16 @@ def check_past(run: Run, is_moving: bool) -> None:
     while viewer.past.get("seen") != fifth["number"]:
         viewer.await_("state")
     assert viewer.past["again_from"] == fifth["number"] and viewer.past["last"] == frames[-1]["number"], viewer.past
-    state = viewer.ask({"do": "again"}, "state")
-    while state["past"]["last"] != fifth["number"]:
-        state = viewer.await_("state")
+    state = viewer.go_back_to(fifth)
     assert state["state"] == "paused" and "seen" not in state["past"], state
-    again = []
-    while not again or again[-1]["number"] < frames[-1]["number"]:
-        viewer.stream.send('{"do": "step"}')
-        while (frame := viewer.await_("frame"))["number"] <= (again[-1] if again else fifth)["number"]:
-            pass  # the frame from which it goes on
-        again.append(frame)
-    assert again == frames[5:], "simulated again, the bits are others"
+    again = [fifth]
+    while again[-1]["number"] < frames[-1]["number"]:
+        again.append(viewer.step(after=again[-1]))
+    assert again == frames[4:], "simulated again, the bits are others"
     # Touched, they are others.
-    viewer.ask({"do": "see", "frame": fifth["number"]}, "frame")
-    viewer.stream.send('{"do": "again"}')
+    viewer.go_back_to(fifth)
     viewer.stream.send('{"do": "set", "parameter": "gravity_m_s2.y", "value": 9.81}')
-    while (state := viewer.await_("state"))["past"]["last"] != fifth["number"]:
-        pass
-    viewer.stream.send('{"do": "set", "parameter": "gravity_m_s2.y", "value": 9.81}')
-    viewer.stream.send('{"do": "step"}')
-    while (other := viewer.await_("frame"))["number"] <= fifth["number"]:
-        pass
+    other = viewer.step(after=fifth)
     assert other["number"] == sixth["number"] and other["hash"] != sixth["hash"], "a parameter that is set while it is paused isn't the next frame's"
 
 
