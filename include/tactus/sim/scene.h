@@ -228,6 +228,9 @@ struct BladeDescription {
 struct BleedingDescription {
   double rate_m_s = 0;             ///< volume per time and area
   std::optional<double> fading_s;  ///< the rate falls as exp(-t / fading_s); none: it stays
+  /// Beats of the heart; none: it flows evenly.
+  std::optional<double> pulse_per_min;
+  double pulse_share = 0.6;  ///< the rate swings by so much of itself, up and down
 };
 
 struct BodyDescription {

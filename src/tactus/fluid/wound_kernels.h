@@ -39,6 +39,43 @@ TACTUS_HD inline std::uint32_t scattered(std::uint32_t i) {
 /// In spacings: nearer to a wall, there is no room. Half a spacing, less a margin for walls that bend.
 inline constexpr float kWoundToWall = 0.45F;
 
+/// The heart of a body.
+struct WoundClock {
+  double time_s = 0;       ///< since the run began, without what settled
+  std::uint32_t turn = 0;  ///< parts of frames since then
+  std::uint32_t unused = 0;
+};
+
+/// The rate swings as 1 + share sin(2 pi beats t).
+struct Pulse {
+  double beats_1_s = 0;  ///< 0: it flows evenly
+  float share = 0;       ///< 0..1
+  /// Of the rate over a time, as a factor. The integral's closed form, so whatever the frames' length, a beat
+  /// brings what it brings without a pulse.
+  TACTUS_HD float mean(double from_s, float dt_s) const {
+    if (!(beats_1_s > 0)) return 1;
+    const double turns = beats_1_s * static_cast<double>(dt_s), middle = beats_1_s * from_s + 0.5 * turns;
+    const auto half = static_cast<float>(0.5 * turns);
+    constexpr float kTwoPi = 6.28318531F;
+    const float damped = half > 1e-4F ? sin_of_turns(half) / (kTwoPi * half) : 1.F;
+    return 1.F + share * damped *
+                     sin_of_turns(
+                         static_cast<float>(middle - static_cast<double>(static_cast<std::int64_t>(middle))));
+  }
+
+ private:
+  /// sin(2 pi x) for x >= 0, to 4e-6: its series to the ninth power within a quarter of a turn.
+  TACTUS_HD static float sin_of_turns(float x) {
+    float in_turn = x - static_cast<float>(static_cast<Index>(x));
+    if (in_turn > 0.75F)
+      in_turn -= 1.F;
+    else if (in_turn > 0.25F)
+      in_turn = 0.5F - in_turn;
+    const float a = 6.28318531F * in_turn, a2 = a * a;
+    return a * (1.F - a2 / 6.F * (1.F - a2 / 20.F * (1.F - a2 / 42.F * (1.F - a2 / 72.F))));
+  }
+};
+
 /// Thread: piece. Adds the volume due for the coming part of a frame, and tries a place: in one part of four,
 /// or in each where a piece owes more than a quarter of a particle a part.
 struct TryWounds {
@@ -46,7 +83,8 @@ struct TryWounds {
   View<const WoundPiece> pieces;
   View<const FrameParams> frame;
   View<const Vec3f> x_m, v_m_s;  ///< of nodes
-  View<const std::uint32_t> turn;
+  View<const WoundClock> clock;
+  Pulse pulse;
   float rate_m_s, fading_1_s;  ///< 0: it doesn't fade
   float particle_1_m3, spacing_m;
   View<WoundState> states;
@@ -60,7 +98,8 @@ struct TryWounds {
     const bool settles = frame[0].settles != 0;
     const float dt_s = settles ? 0.F : frame[0].dt_s * static_cast<float>(frame[0].substeps);
     const float left = 1.F - s.lost, mean = mean_of_fading(dt_s * fading_1_s);
-    const float due = rate_m_s * p.factor * p.area_m2 * particle_1_m3 * dt_s * left * mean;
+    const float rate = rate_m_s * p.factor * pulse.mean(clock[0].time_s, dt_s);
+    const float due = rate * p.area_m2 * particle_1_m3 * dt_s * left * mean;
     s.lost += left * (dt_s * fading_1_s * mean);
     s.deficit += due;
     states[i] = s;
@@ -69,9 +108,9 @@ struct TryWounds {
                static_cast<std::uint64_t>(clamp(due, 0.F, 1e6F) * static_cast<float>(WoundLedger::kUnits)));
     const float nowhere = std::bit_cast<float>(0x7FC00000U);
     place_m[i] = {nowhere, nowhere, nowhere};
-    const std::uint32_t turns = rate_m_s * p.factor * dt_s > spacing_m / kTurns ? 1 : kTurns;
-    if (!settles && (scattered(static_cast<std::uint32_t>(i)) + turn[0]) % turns == 0)
-      place(p, s, rate_m_s * p.factor * left, i);
+    const std::uint32_t turns = rate * dt_s > spacing_m / kTurns ? 1 : kTurns;
+    if (!settles && (scattered(static_cast<std::uint32_t>(i)) + clock[0].turn) % turns == 0)
+      place(p, s, rate * left, i);
   }
   /// The most volume per time and area that places can bring: a particle from each spacing squared, in every
   /// frame.
@@ -283,9 +322,10 @@ struct PlanWounds {
   static constexpr int kThreads = 256;
   View<const WoundPlace> open;
   View<std::uint32_t> open_count;  ///< emptied
+  View<const FrameParams> frame;
   LiquidArrivals liquid;
   View<WoundLedger> ledgers;
-  View<std::uint32_t> turn;
+  View<WoundClock> clock;
   View<Index> slot;     ///< of open places; -1: none
   View<Index> planned;  ///< (1) how many of those there are
   View<Index> id;       ///< (1) of the particle in slot 0
@@ -334,7 +374,9 @@ struct PlanWounds {
   TACTUS_HD void grant(Index n, Shared& s) const {
     LiquidCounters c = liquid.counters[0];
     Index next = liquid.count[0];
-    turn[0] += 1;
+    clock[0].turn += 1;
+    if (frame[0].settles == 0)
+      clock[0].time_s += static_cast<double>(frame[0].dt_s * static_cast<float>(frame[0].substeps));
     id[0] = c.next_id - next;
     planned[0] = n;
     open_count[0] = 0;

@@ -15,6 +15,10 @@ const WoundSettings& checked(const WoundSettings& s) {
   require(s.spacing_m > 0, "spacing_m", s.spacing_m);
   require(s.max_pieces > 0, "max_pieces", static_cast<float>(s.max_pieces));
   if (!(s.fading_s >= 0)) throw Error("wounds: fading_s is " + std::to_string(s.fading_s) + ", must be >= 0");
+  if (!(s.pulse.beats_1_s >= 0))
+    throw Error("wounds: pulse.beats_1_s is " + std::to_string(s.pulse.beats_1_s) + ", must be >= 0");
+  if (!(s.pulse.share >= 0 && s.pulse.share <= 1))
+    throw Error("wounds: pulse.share is " + std::to_string(s.pulse.share) + ", must be from 0 to 1");
   return s;
 }
 
@@ -31,7 +35,7 @@ Wounds::Wounds(ExecContext& ctx, const WoundSettings& settings)
       place_m_(ctx.device(), settings.max_pieces),
       speed_m_s_(ctx.device(), settings.max_pieces),
       key_(ctx.device(), settings.max_pieces),
-      turn_(ctx.device(), 1),
+      clock_(ctx.device(), 1),
       is_shut_(ctx.device(), settings.max_pieces),
       open_(ctx.device(), settings.max_pieces),
       open_count_(ctx.device(), 1),
@@ -43,7 +47,7 @@ Wounds::Wounds(ExecContext& ctx, const WoundSettings& settings)
       round_(ctx.device(), settings.max_pieces) {
   ctx.fill_bytes(states_.view(), 0);
   ctx.fill_bytes(ledgers_.view(), 0);
-  ctx.fill_bytes(turn_.view(), 0);
+  ctx.fill_bytes(clock_.view(), 0);
   ctx.fill_bytes(open_count_.view(), 0);
   set_pieces(ctx, {});
 }
@@ -67,15 +71,16 @@ void Wounds::set_pieces(ExecContext& ctx, std::span<const WoundPiece> pieces) {
 void Wounds::try_places(ExecContext& ctx, View<const FrameParams> frame, View<const Vec3f> x_m,
                         View<const Vec3f> v_m_s) {
   const float d = settings_.spacing_m;
-  ctx.parallel_for(
-      "wounds/try", count(),
-      TryWounds{pieces_.const_view(), frame, x_m, v_m_s, turn_.const_view(), settings_.rate_m_s,
-                settings_.fading_s > 0 ? 1.F / settings_.fading_s : 0.F, 1.F / (d * d * d), d, states_.view(),
-                ledgers_.view(), place_m_.view(), speed_m_s_.view(), key_.view(), is_shut_.view()});
+  ctx.parallel_for("wounds/try", count(),
+                   TryWounds{pieces_.const_view(), frame, x_m, v_m_s, clock_.const_view(), settings_.pulse,
+                             settings_.rate_m_s, settings_.fading_s > 0 ? 1.F / settings_.fading_s : 0.F,
+                             1.F / (d * d * d), d, states_.view(), ledgers_.view(), place_m_.view(),
+                             speed_m_s_.view(), key_.view(), is_shut_.view()});
   search_.build(ctx, place_m_.const_view(), {}, count());
 }
 
-void Wounds::bleed(ExecContext& ctx, const NeighbourSearch& search, const LiquidArrivals& liquid) {
+void Wounds::bleed(ExecContext& ctx, View<const FrameParams> frame, const NeighbourSearch& search,
+                   const LiquidArrivals& liquid) {
   const float d = settings_.spacing_m;
   const View<const Index> order = search_.cells().order;
   search_.visit(
@@ -95,8 +100,8 @@ void Wounds::bleed(ExecContext& ctx, const NeighbourSearch& search, const Liquid
   search_.visit(ctx, "wounds/beat",
                 BeatPlaces{order, key_.const_view(), pieces_.const_view(), open_.view(), open_count_.view()});
   ctx.parallel_for("wounds/plan", 1,
-                   PlanWounds{open_.const_view(), open_count_.view(), liquid, ledgers_.view(), turn_.view(),
-                              slot_.view(), planned_.view(), first_id_.view()});
+                   PlanWounds{open_.const_view(), open_count_.view(), frame, liquid, ledgers_.view(),
+                              clock_.view(), slot_.view(), planned_.view(), first_id_.view()});
   ctx.parallel_for("wounds/bleed", Count(planned_.const_view(), max_pieces()),
                    BleedWounds{open_.const_view(), slot_.const_view(), first_id_.const_view(),
                                place_m_.const_view(), speed_m_s_.const_view(), liquid, states_.view()});
@@ -109,7 +114,7 @@ void Wounds::archive(ExecContext& ctx, StateArchive& a) {
   ctx.upload(states, states_.view());
   ctx.synchronize();
   a.buffer(ctx, "ledgers of strokes", ledgers_);
-  a.buffer(ctx, "turn of wounds", turn_);
+  a.buffer(ctx, "clock of wounds", clock_);
 }
 
 }  // namespace tactus

@@ -11,8 +11,9 @@
 namespace tactus {
 
 struct WoundSettings {
-  float rate_m_s = 0;   ///< volume per time and area: 1 ml / (s cm^2) is 0.01 m/s
-  float fading_s = 0;   ///< the rate falls as exp(-t / fading_s); 0: it stays
+  float rate_m_s = 0;  ///< volume per time and area: 1 ml / (s cm^2) is 0.01 m/s
+  float fading_s = 0;  ///< the rate falls as exp(-t / fading_s); 0: it stays
+  Pulse pulse = {};
   float spacing_m = 0;  ///< of the liquid's particles at rest
   Index max_pieces = 0;
 };
@@ -38,7 +39,8 @@ class Wounds {
   const NeighbourSearch& search() const { return search_; }
   NearWalls near_walls() { return {wall_count_.view(), walls_.view()}; }
   /// @param search of the liquid's last step
-  void bleed(ExecContext& ctx, const NeighbourSearch& search, const LiquidArrivals& liquid);
+  void bleed(ExecContext& ctx, View<const FrameParams> frame, const NeighbourSearch& search,
+             const LiquidArrivals& liquid);
 
   /// The volumes that pieces owe and strokes bled; pieces themselves are set before that. Synchronizes.
   /// @throws Error.
@@ -58,7 +60,8 @@ class Wounds {
   Buffer<WoundState> states_;
   Buffer<WoundLedger> ledgers_;
   Buffer<Vec3f> place_m_, speed_m_s_;
-  Buffer<std::uint32_t> key_, turn_;
+  Buffer<std::uint32_t> key_;
+  Buffer<WoundClock> clock_;
   Buffer<Index> is_shut_;
   Buffer<WoundPlace> open_;
   Buffer<std::uint32_t> open_count_;

@@ -193,6 +193,11 @@ void describe_bleeding(FieldVisitor& v, BleedingDescription& b) {
          b.rate_m_s, positive("m/s", 1));
   v.real_or_auto({"fading_s", "the rate falls as exp(-t / fading_s) from when the wound was cut"}, b.fading_s,
                  positive("s", 1e6), "never");
+  v.real_or_auto(
+      {"pulse_per_min", "beats of the heart, as from an artery: 72. The first wave rises as the run begins"},
+      b.pulse_per_min, positive("1/min", 600), "it flows evenly");
+  v.real({"pulse_share", "the rate swings by so much of itself, up and down; its mean stays"}, b.pulse_share,
+         {"", 0, 1});
 }
 
 void describe_body(FieldVisitor& v, BodyDescription& b) {

@@ -85,7 +85,7 @@ void SceneLiquid::bleed(Felt& felt, const ContactOnDevices::Part& solid, View<co
     other.walls->pose([&](int) -> const NeighbourSearch& { return wounds.search(); });
     other.walls->find_walls(0, wounds.search(), wounds.near_walls(), felt.hits.view());
   }
-  wounds.bleed(ctx, liquid_.search(), liquid_.arrivals());
+  wounds.bleed(ctx, frame, liquid_.search(), liquid_.arrivals());
 }
 
 }  // namespace tactus

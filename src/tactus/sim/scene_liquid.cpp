@@ -209,9 +209,12 @@ void SceneLiquid::add_body(SoftBody& body, Index collider) {
   const Index pieces = body.cuts() != nullptr ? body.cuts()->keep_wounds(d) : 0;
   if (pieces == 0) return;
   ExecContext& ctx = devices_.context(0);
+  const BleedingDescription& bleeding = body.description().bleeding.value();
   felt.wounds = std::make_unique<Wounds>(
-      ctx, WoundSettings{.rate_m_s = static_cast<float>(body.description().bleeding->rate_m_s),
-                         .fading_s = static_cast<float>(body.description().bleeding->fading_s.value_or(0)),
+      ctx, WoundSettings{.rate_m_s = static_cast<float>(bleeding.rate_m_s),
+                         .fading_s = static_cast<float>(bleeding.fading_s.value_or(0)),
+                         .pulse = {.beats_1_s = bleeding.pulse_per_min.value_or(0) / 60,
+                                   .share = static_cast<float>(bleeding.pulse_share)},
                          .spacing_m = d,
                          .max_pieces = pieces});
   felt.hits = Buffer<WallHit>(ctx.device(), std::int64_t{kWallSides} * pieces);
@@ -290,7 +293,8 @@ double SceneLiquid::waiting_m3(const Readback& readback, double dt_frame_s, std:
     for (const WoundLedger& ledger : readback.get<WoundLedger>(felt.ledgers))
       waiting += static_cast<double>(ledger.due) / WoundLedger::kUnits - static_cast<double>(ledger.emitted);
     all += waiting;
-    const double rate_m_s = felt.body->description().bleeding->rate_m_s;
+    const BleedingDescription& bleeding = felt.body->description().bleeding.value();
+    const double rate_m_s = bleeding.rate_m_s * (bleeding.pulse_per_min ? 1 + bleeding.pulse_share : 1);
     const auto most_m_s = double{TryWounds::most_m_s(static_cast<float>(description_.spacing_m),
                                                      static_cast<float>(std::max(dt_frame_s, 1e-6)))};
     if (waiting < kMany || rate_m_s <= most_m_s || std::exchange(felt.was_late, true)) continue;
