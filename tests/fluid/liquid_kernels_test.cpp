@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "tactus/fluid/liquid.h"
@@ -242,7 +243,8 @@ TEST(Wounds, JetsHaveTheSpeedOfRateOverArea) {
   std::vector<WoundPiece> pieces(2, piece);
   pieces[1].local.x = 9;  // its other side is far
   std::vector<FrameParams> frame{{.dt_s = dt_s, .gravity_m_s2 = {0, -9.81F, 0}, .substeps = 1}};
-  std::vector<std::uint32_t> turn(1), key(2);
+  std::vector<WoundClock> clock(1);
+  std::vector<std::uint32_t> key(2);
   std::vector<WoundState> states(2);
   states[0].lost = 0.25F;
   std::vector<WoundLedger> ledgers(kStrokes);
@@ -250,16 +252,44 @@ TEST(Wounds, JetsHaveTheSpeedOfRateOverArea) {
   std::vector<Index> is_shut(2);
   const auto view = [](auto& list) { return View(list.data(), static_cast<Index>(list.size())); };
   // 0.8 m/s x 0.5 x 0.01 s is 0.4 of a spacing, so the piece tries in every frame.
-  const TryWounds wounds{
-      view(pieces),    view(frame), view(x_m),    view(v_m_s),   view(turn),    rate_m_s,        0,
-      1 / (d * d * d), d,           view(states), view(ledgers), view(place_m), view(speed_m_s), view(key),
-      view(is_shut)};
+  const TryWounds wounds{view(pieces),    view(frame),
+                         view(x_m),       view(v_m_s),
+                         view(clock),     Pulse{.beats_1_s = 1, .share = 0.5F},
+                         rate_m_s,        0,
+                         1 / (d * d * d), d,
+                         view(states),    view(ledgers),
+                         view(place_m),   view(speed_m_s),
+                         view(key),       view(is_shut)};
+  // So does the pulse: at half a beat, it is as without, but for the sine's slope, which the frame's symmetry
+  // takes away.
+  clock[0].time_s = 0.5 - 0.5 * static_cast<double>(dt_s);
   wounds(0);
   EXPECT_NEAR(place_m[0].x, 0.5F * h + 0.5F * d, 1e-6F);
-  EXPECT_NEAR(speed_m_s[0].x, 0.1F + 0.75F * 0.5F * rate_m_s, 1e-6F);
+  EXPECT_NEAR(speed_m_s[0].x, 0.1F + 0.75F * 0.5F * rate_m_s, 2e-6F);
   EXPECT_NEAR(speed_m_s[0].y, 0, 1e-6F);
   EXPECT_NEAR(speed_m_s[0].z, 0.2F, 1e-6F);
   EXPECT_EQ(is_shut[0], 0);
+  clock[0].time_s += 0.25;
+  wounds(0);
+  EXPECT_NEAR(speed_m_s[0].x, 0.1F + 0.75F * 0.5F * 0.5F * rate_m_s, 1e-4F)
+      << "0.5 less at three quarters of a beat";
+}
+
+/// Against the integral of 1 + share sin(2 pi beats t) over each time: the sine is right to 4e-6, a phase as
+/// a float within a turn to 4e-7 of a turn, and short times divide neither: both sines have the same relative
+/// error.
+TEST(Wounds, PulsesAsTheIntegralOfASine) {
+  const double pi = std::numbers::pi;
+  for (const double beats_1_s : {0.5, 1.2, 10.0})
+    for (const float dt_s : {1e-4F, 1.0F / 120, 1.0F / 30, 0.1F, 0.26F})
+      for (const double from_s : {0.0, 0.013, 0.4, 7.77, 86400.3}) {
+        const double w = 2 * pi * beats_1_s, middle = w * (from_s + 0.5 * static_cast<double>(dt_s)),
+                     half = 0.5 * w * static_cast<double>(dt_s);
+        const double expected = 1 + 0.7 * std::sin(middle) * std::sin(half) / half;
+        EXPECT_NEAR((Pulse{beats_1_s, 0.7F}.mean(from_s, dt_s)), expected, 1e-5)
+            << beats_1_s << " " << dt_s << " " << from_s;
+      }
+  EXPECT_EQ(Pulse{}.mean(3, 0.1F), 1.F) << "without one";
 }
 
 }  // namespace

@@ -99,6 +99,25 @@ TEST_F(WebServerTest, ATakenPortIsRefusedByName) {
   WebServer second({.port = server->port()}, "", {});
   const std::string error = test::message_of([&] { second.listen(); });
   EXPECT_NE(error.find("127.0.0.1:" + std::to_string(server->port())), std::string::npos) << error;
+  EXPECT_NE(error.find("try another port"), std::string::npos) << error;
+}
+
+/// 192.0.2.1 is an address of documents (RFC 5737), of no computer.
+TEST_F(WebServerTest, AnAddressOfNobodyHereIsRefusedByName) {
+  WebServer server({.address = "192.0.2.1", .port = 8080, .token = "0123456789abcdef"}, "", {});
+  const std::string error = test::message_of([&] { server.listen(); });
+  EXPECT_NE(error.find("this computer has no such address"), std::string::npos) << error;
+}
+
+TEST_F(WebServerTest, WrongPathsAndQueriesOfStreamsAreTold) {
+  const auto server = serve();
+  for (const char* path : {"/", "/streams", "/stream/", "/live.js"})
+    EXPECT_EQ(WsClient(server->port(), path).status(), 404) << path;
+  for (const char* ahead : {"0", "10", "-1", "two", "2.0"})
+    EXPECT_EQ(WsClient(server->port(), std::string("/stream?ahead=") + ahead).status(), 400) << ahead;
+  const WsClient viewer(server->port(), "/stream?ahead=9");
+  EXPECT_EQ(viewer.status(), 101);
+  EXPECT_TRUE(wait_until([&] { return server->viewers() == 1; }));
 }
 
 TEST_F(WebServerTest, ViewersGetTheSettingTheStateAndTheNewestFrame) {

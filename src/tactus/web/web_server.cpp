@@ -1,5 +1,6 @@
 #include "tactus/web/web_server.h"
 
+#include <arpa/inet.h>
 #include <civetweb.h>
 #include <dlfcn.h>
 #include <netinet/in.h>
@@ -14,6 +15,7 @@
 #include <cstring>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -163,6 +165,26 @@ std::string query_value(const mg_request_info& request, const char* key) {
   return size > 0 ? std::string(value.data(), static_cast<std::size_t>(size)) : "";
 }
 
+/// Frames that are sent ahead of those that the viewer got; 0: it doesn't say; none: what it says is wrong.
+std::optional<int> frames_ahead(const mg_request_info& request) {
+  const std::string text = query_value(request, "ahead");
+  if (text.empty()) return 0;
+  if (text.size() > 1 || text[0] < '1' || text[0] > '9') return std::nullopt;
+  return text[0] - '0';
+}
+
+/// Whether sockets can be bound to that IPv4 address, here.
+bool is_own_address(const std::string& address) {
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1) return false;
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return true;  // unknown
+  const bool is_bound = ::bind(fd, reinterpret_cast<const sockaddr*>(&at), sizeof at) == 0;
+  ::close(fd);
+  return is_bound;
+}
+
 }  // namespace
 
 std::string web_missing() { return ""; }
@@ -229,6 +251,10 @@ int WebServer::Impl::page(mg_connection* connection) const {
 
 int WebServer::Impl::connect(mg_connection* connection) {
   const mg_request_info* request = mg_get_request_info(connection);
+  if (request->local_uri == nullptr || std::string_view(request->local_uri) != "/stream") {
+    answer(connection, "404 Not Found", "text/plain", "the stream is at /stream\n");
+    return 1;
+  }
   const char* origin = mg_get_header(connection, "Origin");
   const char* host = mg_get_header(connection, "Host");
   std::string why = refusal(connection);
@@ -241,6 +267,11 @@ int WebServer::Impl::connect(mg_connection* connection) {
     answer(connection, "403 Forbidden", "text/plain", why + "\n");
     return 1;
   }
+  if (!frames_ahead(*request)) {
+    answer(connection, "400 Bad Request", "text/plain",
+           "'ahead' is '" + query_value(*request, "ahead") + "', expected a whole number from 1 to 9\n");
+    return 1;
+  }
   const std::lock_guard lock(mutex);
   if (viewers.size() < kMostViewers) return 0;
   answer(connection, "503 Service Unavailable", "text/plain", "too many viewers\n");
@@ -249,9 +280,8 @@ int WebServer::Impl::connect(mg_connection* connection) {
 
 void WebServer::Impl::add(mg_connection* connection) {
   const std::lock_guard lock(mutex);
-  const std::string ahead = query_value(*mg_get_request_info(connection), "ahead");
-  const bool is_number = ahead.size() == 1 && ahead[0] >= '1' && ahead[0] <= '9';
-  const auto viewer = std::make_shared<Viewer>(connection, setting, is_number ? ahead[0] - '0' : 0);
+  const auto viewer = std::make_shared<Viewer>(connection, setting,
+                                               frames_ahead(*mg_get_request_info(connection)).value_or(0));
   if (newest_state) viewer->give_text(newest_state);
   if (newest_frame) viewer->give_frame(newest_frame);
   viewers.emplace_back(connection, viewer);
@@ -308,16 +338,19 @@ void WebServer::Impl::start() {
   mg_error_data error{&code, why.data(), why.size()};
   context = mg_start2(&init, &error);
   if (context == nullptr)
-    throw Error("--web " + settings.address + ":" + std::to_string(settings.port) + ": can't listen there" +
-                (why[0] == '\0' ? "" : " (" + std::string(why.data()) + ")") +
-                "; another program may: try another port, as --web " + settings.address + ":" +
-                std::to_string(settings.port + 1));
+    throw Error(
+        "--web " + settings.address + ":" + std::to_string(settings.port) + ": can't listen there" +
+        (why[0] == '\0' ? "" : " (" + std::string(why.data()) + ")") +
+        (is_own_address(settings.address)
+             ? "; another program may: try another port, as --web " + settings.address + ":" +
+                   std::to_string(settings.port + 1)
+             : "; this computer has no such address: 127.0.0.1 is for viewers on it, 0.0.0.0 for all"));
   mg_server_port listening{};
   if (mg_get_server_ports(context, 1, &listening) > 0) listening_port = listening.port;
   mg_set_request_handler(
       context, "**", [](mg_connection* c, void* self) { return static_cast<Impl*>(self)->page(c); }, this);
   mg_set_websocket_handler(
-      context, "/stream",
+      context, "**",
       [](const mg_connection* c, void* self) {
         return static_cast<Impl*>(self)->connect(const_cast<mg_connection*>(c));
       },
