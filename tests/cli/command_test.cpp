@@ -143,6 +143,30 @@ TEST_F(Command, AReaderThatLeavesEndsTheProgramCleanly) {
   for (const std::string& name : files()) EXPECT_FALSE(has(name, ".part")) << name;
 }
 
+/// Three moments lie in a row of cells of 480 px, with margins of 12, below a title of 44 and above a line of
+/// 28; one alone is a picture of the scene's size. What isn't a moment of the run is named.
+TEST_F(Command, MomentsAreOnTheContactSheet) {
+  const std::string run =
+      "run " + cube_scene("view: {size_px: [320, 240]}\n") + " --devices cpu --out " + path("o");
+  expect_refused(run + " --moments 3,3", 2, {"--moments: 3", "expected a frame of 4 or later"});
+  expect_refused(run + " --moments -1", 2, {"--moments"});
+  expect_refused(run + " --moments 2 --frames 2", 2, {"--moments: 2", "last of --frames 2"});
+  expect_refused(run + " --moments 2 --view none", 2, {"--moments: 2", "--view file"});
+  const auto size_of_sheet = [&] {
+    std::ifstream file(path("o/s.png"), std::ios::binary);
+    unsigned char head[24] = {};
+    file.read(reinterpret_cast<char*>(head), sizeof head);
+    return std::pair{256 * head[18] + head[19], 256 * head[22] + head[23]};
+  };
+  const Outcome three = run_tactus(run + " --moments 1,3,4");
+  if (has(three.text, "OpenGL")) GTEST_SKIP() << "no pictures here: " << three.text;
+  ASSERT_EQ(three.code, 0) << three.text;
+  EXPECT_EQ(size_of_sheet(), (std::pair{12 + 3 * 492, 44 + 360 + 28 + 12}));
+  ASSERT_EQ(run_tactus(run + " --moments 2").code, 0);
+  EXPECT_EQ(size_of_sheet(), (std::pair{320, 240}));
+  EXPECT_TRUE(has(run_tactus(run + " --moments 2,99").text, "99 never came: the run had 6 frames"));
+}
+
 TEST_F(Command, ABudgetNeedsItsUnit) {
   expect_refused("run " + cube_scene() + " --view none --budget 11", 2, {"--budget '11'", "needs cameras"});
   const std::string scene =

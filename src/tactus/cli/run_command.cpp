@@ -49,7 +49,7 @@ void open_sinks(const RunOptions& options, const Scene& scene, const FrameSource
   if (scene.output.mesh_every > 0) sinks.meshes.emplace(scene, stem);
   if (options.view == "file") {
     check_opengl();
-    sinks.pictures.emplace(scene, source.rig(), assets, world, stem, frames_per_s);
+    sinks.pictures.emplace(scene, source.rig(), assets, world, stem, frames_per_s, options.moments);
   }
   if (const double budget_s = parse_budget_s(options.budget); budget_s > 0) {
     sinks.budget.emplace(budget_s, world, sinks.pictures && scene.view.photographs > 0);

@@ -33,6 +33,23 @@ void check_recorded(const RunOptions& options, const Scene& scene) {
                     "it would not replay to the same bits");
 }
 
+/// Refuses moments that come twice or before others, and those for which there is no contact sheet.
+void check_moments(const RunOptions& options, const Scene& scene) {
+  if (options.moments.empty()) return;
+  const auto name = [](int moment) { return "--moments: " + std::to_string(moment); };
+  for (std::size_t i = 0; i < options.moments.size(); ++i) {
+    const int moment = options.moments[i], before = i == 0 ? -1 : options.moments[i - 1];
+    if (moment <= before)
+      throw usage_error(name(moment) + ", expected a frame of " + std::to_string(before + 1) + " or later");
+    if (options.frames > 0 && moment >= options.frames)
+      throw usage_error(name(moment) + " comes after the last of --frames " + std::to_string(options.frames));
+  }
+  if (options.view != "file" || !scene.output.contact_sheet)
+    throw usage_error(name(options.moments.front()) +
+                      " is for the contact sheet: expected --view file, and 'output.contact_sheet' of the "
+                      "scene not false");
+}
+
 void check_web(const RunOptions& options) {
   const bool keeps_past = options.web_past_MB != RunOptions().web_past_MB;
   if (options.shows_web && keeps_past && !options.web_control)
@@ -126,6 +143,7 @@ Scene scene_of(const RunOptions& options) {
                       "' takes the frames so far again, which a live rig can't give; record the run "
                       "(--record FILE) and go on with --source FILE");
   check_web(options);
+  check_moments(options, scene);
   check_filmed(options, scene);
   check_recorded(options, scene);
   if (!options.budget.empty() && !(options.checkpoint_path.empty() && options.restart_path.empty()))
@@ -175,6 +193,11 @@ void add_run_flags(CLI::App& command, RunOptions& options) {
       ->required();
   add_devices(command, options.devices);
   command.add_option("--frames", options.frames, "stop after so many frames")->check(a_frame_count);
+  command
+      .add_option("--moments", options.moments,
+                  "frames on the contact sheet in place of twelve, as 6,12,60; the first is 0, and one alone "
+                  "fills it")
+      ->delimiter(',');
   command.add_option("--out", options.out, "folder of video, contact sheet, meshes and trace")
       ->capture_default_str();
   add_output(command, "--json", options.json_path,

@@ -19,6 +19,7 @@ struct RunOptions {
   bool plain = false;                    ///< a live rig without keys
   std::string budget;                    ///< of a frame, as 11ms; "": none
   int frames = 0;                        ///< 0: all
+  std::vector<int> moments;              ///< frames on the contact sheet, ascending; none: twelve
   bool explain = false;                  ///< where and why bodies are strained
   std::vector<std::string> contacts;     ///< bodies whose contacts are reported point by point
   bool shows_web = false;                ///< to browsers, while it runs

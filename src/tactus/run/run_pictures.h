@@ -2,6 +2,7 @@
 /// Video and contact sheet of a run.
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tactus/run/scene_view.h"
 #include "tactus/view/image_files.h"
@@ -12,9 +13,10 @@ namespace tactus {
 /// Draws snapshots of a scene and keeps them as `NAME.mp4` and `NAME.png` (contact sheet) in a folder.
 class RunPictures {
  public:
+  /// @param moments frames on the contact sheet, ascending; none: twelve of all
   /// @throws Error when there is no OpenGL 4.5 or the folder can't be written.
   RunPictures(const Scene& scene, const Rig& rig, const BodyAssets& assets, const World& world,
-              const std::string& stem, double fps);
+              const std::string& stem, double fps, std::vector<int> moments = {});
 
   /// As SceneView's.
   void show_models(std::vector<std::vector<std::uint8_t>> element_triangles) {
@@ -36,7 +38,8 @@ class RunPictures {
   std::unique_ptr<VideoWriter> video_;
   std::unique_ptr<ContactSheet> sheet_;
   std::string sheet_path_;
-  ColorImage picture_;
+  std::vector<int> moments_;
+  ColorImage picture_, lone_;  ///< the newest; the only moment, which fills its file
   int frames_ = 0;
 };
 

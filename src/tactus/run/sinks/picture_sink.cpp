@@ -8,9 +8,10 @@
 namespace tactus {
 
 PictureSink::PictureSink(const Scene& scene, const Rig& rig, const BodyAssets& assets, World& world,
-                         const std::string& stem, double fps)
-    : wears_photographs_(scene.view.photographs > 0),
-      pictures_([&] { return std::make_unique<RunPictures>(scene, rig, assets, world, stem, fps); }) {
+                         const std::string& stem, double fps, const std::vector<int>& moments)
+    : wears_photographs_(scene.view.photographs > 0), pictures_([&] {
+        return std::make_unique<RunPictures>(scene, rig, assets, world, stem, fps, moments);
+      }) {
   if (scene.view.show_models) pictures_.show_models(element_triangles(world));
 }
 

@@ -8,9 +8,10 @@ namespace tactus {
 /// `STEM.mp4` and `STEM.png`, as the scene's `output` and `view` say (run_pictures.h).
 class PictureSink final : public FrameSink {
  public:
-  /// @param fps of the film @throws Error when there is no OpenGL 4.5 or the folder can't be written.
+  /// @param fps of the film  @param moments frames on the contact sheet; none: twelve @throws Error when
+  /// there is no OpenGL 4.5 or the folder can't be written.
   PictureSink(const Scene& scene, const Rig& rig, const BodyAssets& assets, World& world,
-              const std::string& stem, double fps);
+              const std::string& stem, double fps, const std::vector<int>& moments = {});
   /// While it saves photographs, pictures show clay. Keeps a reference.
   void follow(const BudgetSink& budget) { budget_ = &budget; }
   void frame(RunFrame& frame) override;
