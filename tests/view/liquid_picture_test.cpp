@@ -188,6 +188,42 @@ TEST_F(LiquidPicture, ASteadyJetStandsStill) {
   EXPECT_LE(differ, static_cast<int>(now.pixels.size()) / 50);
 }
 
+/// Nine particles that fall one behind the other, 3 spacings apart and 0.2 off the line, are a thread with a
+/// drop at either end: liquid covers three runs of the picture's rows at most. As balls of a particle's
+/// volume, 1.24 spacings wide, they'd be nine. Two that fall side by side are two drops.
+TEST_F(LiquidPicture, AThinJetIsAThreadAndTwoDropsAreTwo) {
+  ViewScene scene{.ground = false, .background = Vec3f{1, 1, 1}};
+  scene.liquids.push_back({.spacing_m = kSpacing});
+  std::vector<Vec3f>& x_m = scene.liquids[0].positions_m;
+  for (int k = 0; k < 9; ++k) {
+    const auto along = static_cast<float>(k - 4);
+    x_m.push_back(kSpacing * Vec3f{k % 2 == 0 ? 0.2F : -0.2F, 3 * along, k % 3 == 0 ? 0.2F : -0.2F});
+  }
+  const ViewCamera camera{.target_m = {}, .distance_m = 0.25F, .azimuth_rad = 0, .elevation_rad = 0};
+  Renderer renderer(options());
+  const auto is_liquid = [](Rgb8 c) { return c.r > c.g + 40; };
+  const ColorImage jet = renderer.render(scene, camera);
+  keep(jet);
+  int rows = 0, parts = 0;
+  bool before = false;
+  for (Index y = 0; y < kHeight; ++y) {
+    bool any = false;
+    for (Index x = 0; x < kWidth; ++x) any = any || is_liquid(jet(x, y));
+    rows += any ? 1 : 0;
+    parts += any && !before ? 1 : 0;
+    before = any;
+  }
+  EXPECT_GT(rows, kHeight / 2);
+  EXPECT_LE(parts, 3);
+
+  x_m = {{-1.5F * kSpacing, 0, 0}, {1.5F * kSpacing, 0, 0}};
+  const ColorImage drops = renderer.render(scene, camera);
+  int runs = 0;
+  for (Index x = 1; x < kWidth; ++x)
+    runs += is_liquid(drops(x, kHeight / 2)) && !is_liquid(drops(x - 1, kHeight / 2)) ? 1 : 0;
+  EXPECT_EQ(runs, 2);
+}
+
 /// A drop that lies on a wet plate is a flat cap: nowhere higher than 0.7 spacings, as a ball would be 1.1.
 TEST_F(LiquidPicture, ADropOnWetTissueIsACap) {
   ViewScene scene{.ground = false};

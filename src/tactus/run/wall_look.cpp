@@ -3,8 +3,11 @@
 #include <cmath>
 #include <cstdint>
 #include <unordered_set>
+#include <utility>
+#include <vector>
 
 #include "tactus/base/at.h"
+#include "tactus/geom/mesh/point_cells.h"
 #include "tactus/geom/mesh/surface_samples.h"
 
 namespace tactus {
@@ -95,6 +98,62 @@ std::vector<std::array<Index, 2>> rim_of(const TriangleMesh& surface, const CutW
   return rim;
 }
 
+/// The rim of a cut at rest.
+class Rim {
+ public:
+  struct Segment {
+    Vec3f from_m, to_m, from_normal, to_normal;
+  };
+  Rim(std::vector<Segment> segments, float near_m)
+      : segments_(std::move(segments)),
+        middles_m_(middles(segments_)),
+        cells_(middles_m_, near_m),
+        near_m_(near_m) {
+    for (const Segment& s : segments_) longest_m_ = max(longest_m_, length(s.to_m - s.from_m));
+  }
+  /// Distance from p_m, at most far_m, and the skin's normal there. @param normal stays where the rim is
+  /// farther
+  float distance_m(Vec3f p_m, float far_m, Vec3f& normal) const {
+    Nearest found{far_m * far_m, segments_.size(), 0};
+    cells_.around(p_m, [&](std::size_t k) { look_at(k, p_m, found); });
+    // In other cells, middles are at least that far.
+    if (const float sure_m = near_m_ - 0.5F * longest_m_;
+        !(sure_m > 0 && found.distance_m2 < sure_m * sure_m))
+      for (std::size_t k = 0; k < segments_.size(); ++k) look_at(k, p_m, found);
+    if (found.segment < segments_.size()) {
+      const Segment& s = segments_[found.segment];
+      normal = normalized((1 - found.along) * s.from_normal + found.along * s.to_normal, normal);
+    }
+    return std::sqrt(found.distance_m2);
+  }
+
+ private:
+  struct Nearest {
+    float distance_m2;
+    std::size_t segment;
+    float along;
+  };
+  void look_at(std::size_t k, Vec3f p_m, Nearest& found) const {
+    const Segment& s = segments_[k];
+    const Vec3f way = s.to_m - s.from_m, to = p_m - s.from_m;
+    const float along = clamp(dot(to, way) / max(dot(way, way), 1e-20F), 0.F, 1.F);
+    const Vec3f off = to - along * way;
+    const float d_m2 = dot(off, off);
+    if (d_m2 < found.distance_m2 ||
+        (d_m2 == found.distance_m2 && k < found.segment && found.segment < segments_.size()))
+      found = {d_m2, k, along};
+  }
+  static std::vector<Vec3f> middles(const std::vector<Segment>& segments) {
+    std::vector<Vec3f> all;
+    for (const Segment& s : segments) all.push_back(0.5F * (s.from_m + s.to_m));
+    return all;
+  }
+  std::vector<Segment> segments_;
+  std::vector<Vec3f> middles_m_;
+  PointCells cells_;
+  float near_m_, longest_m_ = 0;
+};
+
 }  // namespace
 
 ViewFlesh part_walls(TriangleMesh& surface, const CutWalls& walls, std::vector<Index>& origins) {
@@ -105,27 +164,18 @@ ViewFlesh part_walls(TriangleMesh& surface, const CutWalls& walls, std::vector<I
   const std::size_t first = place.size() - origins.size();
   for (std::size_t v = 0; v < place.size(); ++v)
     place[v] = v < first ? static_cast<Index>(v) : place[at(origins[v - first])];
-  const std::vector<std::array<Index, 2>> rim = rim_of(surface, walls, place);
   const auto rest_m = [&](Index v) { return walls.rest_m[at(place[at(v)])]; };
-
+  std::vector<Rim::Segment> segments;
+  for (const auto& [a, b] : rim_of(surface, walls, place))
+    segments.push_back({rest_m(a), rest_m(b), surface.normals[at(a)], surface.normals[at(b)]});
+  const Rim rim(std::move(segments), walls.spacing_m);
   const float far_m = kFar * walls.spacing_m;
   ViewFlesh flesh{
       .lip = surface.normals, .grain_m = kGrain * walls.spacing_m, .lip_m = kLip * walls.spacing_m};
   for (Index v = 0; v < static_cast<Index>(place.size()); ++v) {
     flesh.rest_m.push_back(rest_m(v));
-    flesh.depth_m.push_back(-far_m);
-    if (kinds[at(v)] != kWall) continue;
-    float nearest_m2 = far_m * far_m;
-    for (const auto& [a, b] : rim) {
-      const Vec3f way = rest_m(b) - rest_m(a), to = rest_m(v) - rest_m(a);
-      const float along = clamp(dot(to, way) / max(dot(way, way), 1e-20F), 0.F, 1.F);
-      const Vec3f off = to - along * way;
-      if (dot(off, off) >= nearest_m2) continue;
-      nearest_m2 = dot(off, off);
-      flesh.lip[at(v)] = normalized((1 - along) * surface.normals[at(a)] + along * surface.normals[at(b)],
-                                    surface.normals[at(v)]);
-    }
-    flesh.depth_m.back() = std::sqrt(nearest_m2);
+    flesh.depth_m.push_back(kinds[at(v)] == kWall ? rim.distance_m(rest_m(v), far_m, flesh.lip[at(v)])
+                                                  : -far_m);
   }
   return flesh;
 }

@@ -1,9 +1,9 @@
 #include "tactus/view/liquid_balls.h"
 
 #include <cmath>
-#include <cstdint>
+#include <vector>
 
-#include "tactus/base/at.h"
+#include "tactus/geom/mesh/point_cells.h"
 
 namespace tactus {
 namespace {
@@ -12,52 +12,7 @@ constexpr float kCrowdRadius = 0.8F;  // in spacings: leaves no hole between fou
 constexpr float kLoneRadius = 0.62F;  // a ball of the particle's volume
 constexpr float kCrowd = 12;  // neighbours, the nearer the more, of a particle in a crowd: 17 lie on a plane
 constexpr float kNeighbour = 2;  // reach, in spacings
-
-/// Points by hashed cells, in compact lists.
-class Cells {
- public:
-  Cells(const std::vector<Vec3f>& points_m, float cell_m) : points_m_(points_m), per_m_(1 / cell_m) {
-    std::size_t size = 64;
-    while (size < 2 * points_m.size()) size *= 2;
-    first_.assign(size + 1, 0);
-    for (const Vec3f p : points_m)
-      if (is_somewhere(p)) ++first_[hash(cell_of(p)) + 1];
-    for (std::size_t k = 1; k <= size; ++k) first_[k] += first_[k - 1];
-    ids_.resize(first_.back());
-    std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-    for (std::size_t i = 0; i < points_m.size(); ++i)
-      if (is_somewhere(points_m[i])) ids_[next[hash(cell_of(points_m[i]))]++] = static_cast<std::uint32_t>(i);
-  }
-  static bool is_somewhere(Vec3f p) { return std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < 1e6F; }
-  /// Calls f(point) for all in the 27 cells round p_m.
-  template <class F>
-  void around(Vec3f p_m, F&& f) const {
-    const Vec3i c = cell_of(p_m);
-    for (int k = 0; k < 27; ++k) {
-      const Vec3i cell = c + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
-      const std::size_t h = hash(cell);
-      for (std::size_t i = first_[h]; i < first_[h + 1]; ++i)
-        if (cell_of(points_m_[ids_[i]]) == cell) f(static_cast<std::size_t>(ids_[i]));
-    }
-  }
-
- private:
-  Vec3i cell_of(Vec3f p) const {
-    const auto along = [&](float v) {
-      return static_cast<Index>(std::floor(clamp(v * per_m_, -1e9F, 1e9F)));
-    };
-    return {along(p.x), along(p.y), along(p.z)};
-  }
-  std::size_t hash(Vec3i c) const {
-    const std::uint32_t h = static_cast<std::uint32_t>(c.x) * 73856093U ^
-                            static_cast<std::uint32_t>(c.y) * 19349663U ^
-                            static_cast<std::uint32_t>(c.z) * 83492791U;
-    return at(h) & (first_.size() - 2);
-  }
-  const std::vector<Vec3f>& points_m_;
-  float per_m_;
-  std::vector<std::uint32_t> first_, ids_;
-};
+constexpr float kChain = 6;      // how far particles of a thin jet hang together, in spacings
 
 /// The vertices of wet surfaces near the particles.
 struct WetSurface {
@@ -91,10 +46,78 @@ void lie_down(LiquidBall& ball, Vec3f on_m, Vec3f normal, float spacing_m) {
   const float lies = 1 - smooth_step(0.6F * spacing_m, 1.2F * spacing_m, high_m);
   if (lies <= 0) return;
   ball.axis = normal;
+  ball.stretch = 1;
   ball.center_m = ball.center_m - (lies * (high_m + kSunk * spacing_m)) * normal;
   const float radius_m = spacing_m * std::cbrt(kWide * kWide * kHigh);
   ball.radius_m += lies * (radius_m - ball.radius_m);
   ball.stretch += lies * (kHigh * spacing_m / radius_m - 1);
+}
+
+/// Whither a particle's surroundings extend.
+struct Spread {
+  Vec3f axis{0, 1, 0};
+  float straight = 0;  ///< 1: they lie on a line; 0: on a plane or all around
+  float gap_m = 0;     ///< along the axis to the nearest, mean of both sides
+  Vec3f off_m{};       ///< to the line through them
+};
+
+Spread spread_of(const std::vector<Vec3f>& x_m, std::size_t i, const PointCells& chain, float reach_m) {
+  Vec3f columns[3]{}, sum{};
+  float weights = 0;
+  const auto each = [&](auto&& f) {
+    chain.around(x_m[i], [&](std::size_t j) {
+      const Vec3f to = x_m[j] - x_m[i];
+      const float near = 1 - dot(to, to) / (reach_m * reach_m);
+      if (j != i && near > 0) f(to, near);
+    });
+  };
+  each([&](Vec3f to, float near) {
+    for (int k = 0; k < 3; ++k) columns[k] += near * to[k] * to;
+    sum += near * to;
+    weights += near;
+  });
+  Spread spread;
+  if (weights <= 0) return spread;
+  const float trace = columns[0].x + columns[1].y + columns[2].z;
+  Vec3f axis = columns[0];
+  for (const Vec3f c : columns)
+    if (dot(c, c) > dot(axis, axis)) axis = c;
+  float most = 0;
+  for (int k = 0; k < 8 && (most = length(axis)) > 0; ++k) {
+    axis = axis / most;
+    axis = axis.x * columns[0] + axis.y * columns[1] + axis.z * columns[2];
+  }
+  most = length(axis);
+  if (!(most > 0)) return spread;
+  spread.axis = axis / most;
+  // Two drops are no jet.
+  spread.straight = smooth_step(0.7F, 0.92F, most / trace) * smooth_step(0.75F, 1.1F, weights);
+  const Vec3f mean = (1 / (weights + 1)) * sum;
+  spread.off_m = mean - dot(mean, spread.axis) * spread.axis;
+  float ahead_m = reach_m, behind_m = reach_m;
+  each([&](Vec3f to, float) {
+    const float along_m = dot(to, spread.axis);
+    if (4 * along_m * along_m < dot(to, to)) return;  // beside it
+    float& nearest_m = along_m > 0 ? ahead_m : behind_m;
+    nearest_m = min(nearest_m, std::abs(along_m));
+  });
+  // At an end of a jet one side counts.
+  if (ahead_m >= reach_m) ahead_m = behind_m;
+  if (behind_m >= reach_m) behind_m = ahead_m;
+  spread.gap_m = 0.5F * (ahead_m + behind_m);
+  return spread;
+}
+
+/// What falls in a line is a jet and not a string of balls: each is as long as it is to the next one, and as
+/// much thinner.
+void join_jet(LiquidBall& ball, const Spread& jet, float lone) {
+  constexpr float kOverlap = 0.6F, kMostStretch = 6;
+  const float straight = jet.straight * lone;
+  if (straight <= 0) return;
+  ball.axis = jet.axis;
+  ball.center_m += (0.8F * straight) * jet.off_m;
+  const float stretch = clamp(kOverlap * jet.gap_m / ball.radius_m, 1.F, kMostStretch);
+  ball.stretch = 1 + straight * (stretch - 1);
 }
 
 }  // namespace
@@ -104,15 +127,15 @@ std::vector<LiquidBall> liquid_balls(const ViewLiquid& liquid, const ViewScene& 
   const float spacing_m = liquid.spacing_m, reach_m = kNeighbour * spacing_m;
   Box3f box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
   for (const Vec3f p : x_m)
-    if (Cells::is_somewhere(p)) box = {min(box.min, p), max(box.max, p)};
+    if (PointCells::is_somewhere(p)) box = {min(box.min, p), max(box.max, p)};
   const Vec3f margin_m{reach_m, reach_m, reach_m};
   const WetSurface wet = wet_surface(scene, {box.min - margin_m, box.max + margin_m});
-  const Cells particles(x_m, reach_m), surface(wet.points_m, reach_m);
+  const PointCells particles(x_m, reach_m), surface(wet.points_m, reach_m), chain(x_m, kChain * spacing_m);
   std::vector<LiquidBall> balls(x_m.size());
   for (std::size_t i = 0; i < x_m.size(); ++i) {
     LiquidBall& ball = balls[i];
     ball.center_m = x_m[i];
-    if (!Cells::is_somewhere(x_m[i])) continue;
+    if (!PointCells::is_somewhere(x_m[i])) continue;
     float count = 0;
     Vec3f sum{};
     particles.around(x_m[i], [&](std::size_t j) {
@@ -126,6 +149,7 @@ std::vector<LiquidBall> liquid_balls(const ViewLiquid& liquid, const ViewScene& 
     const float crowded = smooth_step(0, 1, 2.5F * count / kCrowd);
     ball.radius_m = spacing_m * (kLoneRadius + crowded * (kCrowdRadius - kLoneRadius));
     ball.center_m += (0.5F * (1 - crowded) / (count + 1)) * sum;
+    if (crowded < 1) join_jet(ball, spread_of(x_m, i, chain, kChain * spacing_m), 1 - crowded);
     if (wet.points_m.empty()) continue;
     float nearest = reach_m * reach_m;
     std::size_t found = wet.points_m.size();

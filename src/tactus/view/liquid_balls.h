@@ -15,7 +15,8 @@ struct LiquidBall {
 };
 
 /// Per particle. In a crowd balls are so wide that no hole is left between four of them; a lone one has the
-/// particle's volume. A few that hang together draw nearer to one another. On a wet surface a particle lies
+/// particle's volume. A few that hang together draw nearer to one another;
+/// in a line they are a jet, each as long as it is to the next one. On a wet surface a particle lies
 /// as a cap, since its liquid wets it.
 /// @param scene whose meshes with films are wet
 std::vector<LiquidBall> liquid_balls(const ViewLiquid& liquid, const ViewScene& scene);
