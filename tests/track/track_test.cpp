@@ -48,6 +48,19 @@ TEST(BladeModel, TheScalpelIsClosedAndOfTrueSize) {
   EXPECT_LT(size.z, 0.015F);
 }
 
+/// It is closed, its edge is at its surface, and it has the model's outline to rounding: it is as long and as
+/// high, and thinner.
+TEST(BladeModel, TheScalpelIsDrawnFlat) {
+  BladeModel model = built_in_scalpel();
+  const Box3f box = bounds(model.mesh), drawn = bounds(model.drawn);
+  EXPECT_NEAR(drawn.extent().x, box.extent().x, 1e-4F);
+  EXPECT_LE(drawn.extent().y, box.extent().y + 1e-5F);
+  EXPECT_GE(drawn.extent().y, 0.9F * box.extent().y);
+  EXPECT_LT(drawn.extent().z, 0.5F * box.extent().z);
+  model.mesh = model.drawn;
+  check_blade_model(model);
+}
+
 TEST(BladeModel, WhatIsWrongIsNamed) {
   const BladeModel good = built_in_scalpel();
   const auto expect = [](const BladeModel& model, const char* part) {

@@ -261,7 +261,8 @@ std::vector<TriangleMesh> TrackedBlades::meshes() const {
   for (const Blade& blade : blades_) {
     const TrackedBlade& now = blade.tracker->now();
     if (!now.is_seen()) continue;
-    TriangleMesh& mesh = all.emplace_back(blade.tracker->model().mesh);
+    const BladeModel& model = blade.tracker->model();
+    TriangleMesh& mesh = all.emplace_back(model.drawn.triangles.empty() ? model.mesh : model.drawn);
     for (Vec3f& p : mesh.positions_m) p = vec_cast<float>(now.T_world_model * vec_cast<double>(p));
   }
   return all;

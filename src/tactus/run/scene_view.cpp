@@ -64,9 +64,15 @@ TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::uint8_t>& 
 
 Material obstacle_material() { return {.color = {0.62F, 0.65F, 0.69F}}; }
 
-/// A line along a tool, which sticks out at both ends, with its name and state: green where it cuts, red
-/// where the masks show something else, yellow where it isn't known well enough.
-void add_tool_axis(ViewScene& view, const ToolAxis& tool) {
+/// How high a place is in the picture, over the distance.
+float height_in(const ViewCamera& camera, Vec3f p_m) {
+  const Vec3f p = camera.T_cam_world() * p_m;
+  return p.y / max(-p.z, 1e-6F);
+}
+
+/// A line along a tool, which sticks out at both ends, with its name and state above it: green where it cuts,
+/// red where the masks show something else, yellow where it isn't known well enough.
+void add_tool_axis(ViewScene& view, const ToolAxis& tool, const ViewCamera& camera) {
   constexpr Vec3f kKnown{0.10F, 0.50F, 0.20F}, kOther{0.75F, 0.12F, 0.10F}, kUnsure{0.72F, 0.50F, 0.05F};
   const bool is_other = tool.state == BladeState::misfit || tool.state == BladeState::twins;
   const Vec3f color = tool.state == BladeState::known ? kKnown : is_other ? kOther : kUnsure;
@@ -78,7 +84,8 @@ void add_tool_axis(ViewScene& view, const ToolAxis& tool) {
     std::snprintf(known, sizeof known, "%s", blade_state_name(tool.state));
   else
     std::snprintf(known, sizeof known, "edge to %.1f mm", 1e3 * tool.two_sigma_m);
-  view.labels.push_back({from_m.y > to_m.y ? from_m : to_m, tool.name + ": " + known, color});
+  const bool from_is_higher = height_in(camera, from_m) > height_in(camera, to_m);
+  view.labels.push_back({from_is_higher ? from_m : to_m, tool.name + ": " + known, color});
 }
 
 /// Twice as many reach over a cube of the lattice that carries a surface with half its spacing.
@@ -267,7 +274,7 @@ void SceneView::show(FrameSnapshot snapshot, const std::vector<ColorImage>& phot
   for (WetObstacle& wet : snapshot.wet_obstacles) show_film(std::move(wet));
   for (TriangleMesh& blade : snapshot.blades)
     view_.meshes.push_back({"blade", std::move(blade), steel_material()});
-  for (const ToolAxis& tool : snapshot.tools) add_tool_axis(view_, tool);
+  for (const ToolAxis& tool : snapshot.tools) add_tool_axis(view_, tool, camera_);
   view_.liquids.clear();
   if (scene_.fluid) {
     ViewLiquid& liquid =

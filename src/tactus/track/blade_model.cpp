@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "tactus/base/error.h"
+#include "tactus/base/math.h"
 #include "tactus/geom/figures/figures.h"
 #include "tactus/geom/mesh/closest_point.h"
 #include "tactus/geom/mesh/mesh_defects.h"
@@ -74,6 +77,80 @@ double distance_m(const TriangleMesh& mesh, Vec3f p_m) {
 
 std::string mm(double m) { return number_text(std::round(m * 1e5) / 100) + " mm"; }
 
+/// A section of a flat part across x: how far it reaches to -y and +y, with chamfers.
+struct Section {
+  float x_m, below_m, above_m;
+  float half_thickness_m;
+  float ground_m = 0;  ///< height of the grind: the lower chamfer ends in an edge. 0: chamfered as above
+};
+
+/// What goes through sections, closed at both ends.
+TriangleMesh flat_part(std::span<const Section> sections) {
+  constexpr float kChamfer = 0.5F;  // of the half thickness
+  constexpr Index kRing = 8;
+  TriangleMesh mesh;
+  for (const Section& s : sections) {
+    const float t = s.half_thickness_m, room_m = 0.5F * (s.below_m + s.above_m),
+                c = min(kChamfer * t, room_m);
+    const float low = min(s.ground_m > 0 ? s.ground_m : c, room_m), edge = s.ground_m > 0 ? 0.05F * t : t - c;
+    const Vec2f ring[kRing] = {{s.above_m, t - c},  {s.above_m - c, t},  {low - s.below_m, t},
+                               {-s.below_m, edge},  {-s.below_m, -edge}, {low - s.below_m, -t},
+                               {s.above_m - c, -t}, {s.above_m, c - t}};
+    for (const Vec2f yz : ring) mesh.positions_m.push_back({s.x_m, yz.x, yz.y});
+  }
+  const auto last = static_cast<Index>(sections.size()) - 1;
+  for (Index s = 0; s < last; ++s) {
+    for (Index k = 0; k < kRing; ++k) {
+      const Index a = kRing * s + k, b = kRing * s + (k + 1) % kRing;
+      mesh.triangles.push_back({a, a + kRing, b});
+      mesh.triangles.push_back({b, a + kRing, b + kRing});
+    }
+  }
+  for (Index k = 2; k < kRing; ++k) {
+    mesh.triangles.push_back({0, k - 1, k});
+    mesh.triangles.push_back({kRing * last, kRing * last + k, kRing * last + k - 1});
+  }
+  return mesh;
+}
+
+/// The outline of the figure "scalpel", which is thicker so that its masks are, with the handle of a No. 3:
+/// flat, round at its end, waved where fingers hold it; and a blade whose belly is round.
+TriangleMesh drawn_scalpel() {
+  constexpr int kSteps = 24;
+  constexpr float kHandle_m = 0.0055F, kNeck_m = 0.0035F, kBlade_m = 0.0014F, kGrind_m = 0.009F;
+  std::vector<Section> handle, blade;
+  const auto smooth = [](float t) { return t * t * (3 - 2 * t); };
+  const auto between = [&](float x0, float x1, Vec2f y0, Vec2f y1, int steps) {
+    for (int k = 0; k <= steps; ++k) {
+      const float t = static_cast<float>(k) / static_cast<float>(steps), s = smooth(t);
+      handle.push_back({x0 + t * (x1 - x0), y0.x + s * (y1.x - y0.x), y0.y + s * (y1.y - y0.y), kHandle_m});
+    }
+  };
+  between(-0.075F, 0.03F, {0.0125F, 0.0115F}, {0.034F, 0.016F}, kSteps / 2);
+  between(0.04F, 0.296F, {0.034F, 0.016F}, {0.018F, 0.015F}, kSteps / 2);
+  for (int k = 1; k <= 6; ++k) {
+    const SinCos turn = sin_cos(0.5F * kPi * 0.96F * static_cast<float>(k) / 6);
+    handle.push_back({0.296F + 0.016F * turn.sin, 0.018F * turn.cos, 0.015F * turn.cos, kHandle_m});
+  }
+  const Section neck[] = {{-0.086F, 0.0105F, 0.0095F, kNeck_m},
+                          {-0.078F, 0.0125F, 0.0115F, kNeck_m},
+                          {-0.03F, 0.0135F, 0.0125F, kNeck_m}};
+  const auto back = [](float x) { return 0.004F + 0.05F * (x + 0.24F); };
+  for (int k = 1; k <= kSteps; ++k) {  // the belly, a quarter of an ellipse
+    const SinCos turn = sin_cos(0.5F * kPi * static_cast<float>(k) / kSteps);
+    const float x = -0.175F - 0.065F * turn.cos;
+    blade.push_back({x, 0.032F * turn.sin - 0.004F, back(x), kBlade_m, kGrind_m});
+  }
+  blade.push_back({-0.085F, 0.028F, back(-0.085F), kBlade_m, kGrind_m});
+  blade.push_back(
+      {-0.062F, 0.0005F - back(-0.062F), back(-0.062F), kBlade_m, kGrind_m});  // the heel is oblique
+  TriangleMesh mesh = flat_part(handle);
+  append(mesh, flat_part(neck));
+  append(mesh, flat_part(blade));
+  for (Vec3f& p : mesh.positions_m) p *= static_cast<float>(kScalpelScale);
+  return mesh;
+}
+
 }  // namespace
 
 void check_blade_model(const BladeModel& model) {
@@ -118,6 +195,7 @@ BladeModel built_in_scalpel() {
     append(model.mesh, convex_body(sides, 0.5 * kScalpelScale));
   }
   for (const Vec3f p : scalpel_edge_m()) model.edge_m.push_back(static_cast<float>(kScalpelScale) * p);
+  model.drawn = drawn_scalpel();
   return model;
 }
 

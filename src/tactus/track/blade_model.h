@@ -11,6 +11,7 @@ struct BladeModel {
   std::string name;
   TriangleMesh mesh;          ///< closed; parts may overlap. Frame of the model [m]
   std::vector<Vec3f> edge_m;  ///< polyline along the cutting edge, from the tip, in the same frame
+  TriangleMesh drawn{};       ///< for pictures, where something finer than `mesh` is known
 };
 
 /// @throws Error naming the model and its fault: no edge, an edge that is not at its surface, an open mesh, a

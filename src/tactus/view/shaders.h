@@ -238,7 +238,8 @@ void main() {
   vec3 c = key_light * diffuse(dot(N, sun)) * mix(lit, 1.0, 0.12 * softness);
   c += fill_light * diffuse(dot(N, side)) * mix(open, 1.0, 0.4);
   c += mix(ground_light, sky_light, 0.5 + 0.5 * N.y) * 0.42 * mix(sky * vec3(0.5, 0.2, 0.2), vec3(sky), shade);  // flesh lights flesh
-  c *= albedo;
+  float metal = smoothstep(0.3, 0.6, dry_specular);
+  c *= albedo * (1.0 - 0.75 * metal);
   float facing = max(dot(N, V), 0.0);
   float edge = pow(1.0 - facing, 4.0);
   vec3 mirrored = reflect(-V, N);
@@ -246,7 +247,11 @@ void main() {
 #ifdef TISSUE
   open *= mix(1.0, smoothstep(0.1, 0.7, dot(mirrored, lip)), inner);  // the other wall hides the rest
 #endif
-  c += (specular + (1.0 - roughness) * 0.35 * edge) * mix(ground_light, sky_light, bright) * open;
+  // Metal mirrors a room: light above, dark at eye level, a floor.
+  float floor_part = smoothstep(0.05, -0.5, mirrored.y), lamp = smoothstep(0.15, 0.8, mirrored.y);
+  vec3 room = mix(mix(vec3(0.16, 0.17, 0.19), 0.8 * ground_light, floor_part), 1.9 * sky_light, lamp);
+  vec3 around = mix(mix(ground_light, sky_light, bright), room, metal);
+  c += (specular + (1.0 - roughness) * 0.35 * edge) * around * open;
   c += softness * edge * 0.35 * albedo * sky_light * shade;
   c += key_light * highlight(N, V, sun) * lit + fill_light * highlight(N, V, side) * open;
   color = vec4(encode(tone(c)), mix(opacity, 1.0, 0.6 * edge));
