@@ -10,7 +10,7 @@ CONFIGURE ?=
 # What is left, and for how long it has run.
 export NINJA_STATUS ?= [%p, %u of %t left, %e s] 
 
-.PHONY: help deps build benchmarks complete web python api tests test demo fig14 fig15 bench bundle testbundle install format lint clean
+.PHONY: help deps pictures build benchmarks complete web python api tests test demo fig14 fig15 bench bundle testbundle install format lint clean
 
 help:            ## this list
 	@grep -hE '^[a-z0-9]+: .*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9]+):.*## /  make \1\t/' | expand -t 18
@@ -68,6 +68,9 @@ fig14: build     ## the paper's figure 14, a figure and a hand textured: out/fig
 fig15: build     ## the paper's figure 15, the hull without and with depth: out/fig15.png
 	@mkdir -p out
 	$(BUILD)/tactus paper fig15 --devices $(DEVICES) --out out/fig15.png
+
+pictures: build  ## pictures of the documents that scenes make, anew in docs/images (some minutes)
+	@tools/docs_pictures.sh $(BUILD)/tactus $(DEVICES)
 
 bench: benchmarks ## all benchmarks as a table and out/bench.json
 	@mkdir -p out
