@@ -1,6 +1,6 @@
 #!/bin/sh
 # docs_pictures.sh PROGRAM [DEVICES]: makes pictures of the documents anew, in docs/images. Not those of windows and pages
-# (live_view, live_cameras, web, web-past), nor the first scene's sheet, which is scaled; Fig 14 and the dino need data.
+# (live_view, live_cameras, web, web-past), nor the first scene's, which are scaled; Fig 14 and the dino need data.
 set -eu
 program=$1 devices=${2:-auto}
 folder=$(mktemp -d)
@@ -22,7 +22,6 @@ sheet docs/pictures/strokes.yaml cut-strokes 0,9,12
 sheet docs/pictures/pinch.yaml pinch 0,15,45,75,90,119
 sheet scenes/stack.yaml stack 40,52,64
 sheet scenes/demo.yaml demo 56
-sheet scenes/first.yaml first_scene 56
 sheet scenes/liver-pool.yaml liver-pool
 for figure in 15 16 17 18 19; do
   echo "docs/images/fig$figure.png"

@@ -9,6 +9,7 @@
 #include "tactus/run/film_look.h"
 #include "tactus/run/scene_source.h"
 #include "tactus/run/scene_view.h"
+#include "tactus/run/wall_look.h"
 #include "tactus/view/image_files.h"
 #include "tactus/view/renderer.h"
 #include "tactus/world/world.h"
@@ -47,6 +48,44 @@ struct WetPlate {
       }
   }
 };
+
+/// A slit's wall hangs in x = 0 from skin in y = 0, in squares of half a spacing: each vertex is as deep as
+/// its y says, up to the 4 spacings that are told apart, and above it the skin's normal is known. Exact but
+/// for rounding: 6 spacings are 0.06.
+TEST(WallLook, DepthIsTheWayToTheRim) {
+  constexpr float kSpacing_m = 0.01F;
+  constexpr Index kAlong = 20, kRows = 14;  // of the wall; one more is skin
+  TriangleMesh surface;
+  CutWalls walls;
+  walls.spacing_m = kSpacing_m;
+  for (Index j = -1; j < kRows; ++j)
+    for (Index i = 0; i < kAlong; ++i)
+      surface.positions_m.push_back(
+          0.5F * kSpacing_m *
+          Vec3f{j < 0 ? -1.F : 0.F, j < 0 ? 0.F : -static_cast<float>(j), static_cast<float>(i)});
+  for (Index j = 0; j < kRows; ++j)
+    for (Index i = 0; i + 1 < kAlong; ++i) {
+      const Index a = j * kAlong + i, b = a + 1, c = a + kAlong, d = c + 1;
+      surface.triangles.push_back({a, b, c});
+      surface.triangles.push_back({b, d, c});
+      walls.is_wall.insert(walls.is_wall.end(), 2, j == 0 ? 0 : 1);
+    }
+  compute_normals(surface);
+  walls.rest_m = surface.positions_m;
+  std::vector<Index> origins;
+  const ViewFlesh flesh = part_walls(surface, walls, origins);
+  ASSERT_EQ(flesh.depth_m.size(), surface.positions_m.size());
+  int of_wall = 0;
+  for (std::size_t v = 0; v < flesh.depth_m.size(); ++v) {
+    if (flesh.depth_m[v] < 0) continue;
+    ++of_wall;
+    EXPECT_NEAR(flesh.depth_m[v], min(-surface.positions_m[v].y, 4 * kSpacing_m), 1e-7F);
+    if (flesh.depth_m[v] < 3.9F * kSpacing_m) {
+      EXPECT_GT(flesh.lip[v].y, 0.999F);
+    }
+  }
+  EXPECT_EQ(of_wall, kAlong * kRows);
+}
 
 /// A disc of 30 mm: its drawn edge, where it crosses edges of triangles, is a circle. Wet vertices alone make
 /// teeth of up to 4 mm; averages over 10 mm leave a twentieth of them.
