@@ -104,21 +104,17 @@ class Rim {
   struct Segment {
     Vec3f from_m, to_m, from_normal, to_normal;
   };
-  Rim(std::vector<Segment> segments, float near_m)
-      : segments_(std::move(segments)),
-        middles_m_(middles(segments_)),
-        cells_(middles_m_, near_m),
-        near_m_(near_m) {
-    for (const Segment& s : segments_) longest_m_ = max(longest_m_, length(s.to_m - s.from_m));
-  }
+  Rim(std::vector<Segment> segments, float spacing_m)
+      : segments_(std::move(segments)), near_(segments_, 0.25F * spacing_m), farther_(segments_, spacing_m) {}
   /// Distance from p_m, at most far_m, and the skin's normal there. @param normal stays where the rim is
   /// farther
   float distance_m(Vec3f p_m, float far_m, Vec3f& normal) const {
     Nearest found{far_m * far_m, segments_.size(), 0};
-    cells_.around(p_m, [&](std::size_t k) { look_at(k, p_m, found); });
-    // In other cells, middles are at least that far.
-    if (const float sure_m = near_m_ - 0.5F * longest_m_;
-        !(sure_m > 0 && found.distance_m2 < sure_m * sure_m))
+    const auto is_found_in = [&](const Places& places) {
+      places.cells.around(p_m, [&](std::size_t k) { look_at(places.segments[k], p_m, found); });
+      return found.distance_m2 < places.sure_m * places.sure_m;
+    };
+    if (!is_found_in(near_) && !is_found_in(farther_))
       for (std::size_t k = 0; k < segments_.size(); ++k) look_at(k, p_m, found);
     if (found.segment < segments_.size()) {
       const Segment& s = segments_[found.segment];
@@ -143,15 +139,33 @@ class Rim {
         (d_m2 == found.distance_m2 && k < found.segment && found.segment < segments_.size()))
       found = {d_m2, k, along};
   }
-  static std::vector<Vec3f> middles(const std::vector<Segment>& segments) {
-    std::vector<Vec3f> all;
-    for (const Segment& s : segments) all.push_back(0.5F * (s.from_m + s.to_m));
-    return all;
-  }
+  /// Places along segments, so near one another that what of a segment is nearer than sure_m has one in the
+  /// cells round.
+  struct Places {
+    std::vector<Vec3f> points_m;
+    std::vector<std::size_t> segments;  ///< of each
+    float sure_m;
+    PointCells cells;
+    Places(const std::vector<Segment>& all, float cell_m)
+        : sure_m(0.75F * cell_m), cells(laid(all, cell_m, points_m, segments), cell_m) {}
+    Places(const Places&) = delete;  // the cells hold on to the points
+    Places& operator=(const Places&) = delete;
+    static const std::vector<Vec3f>& laid(const std::vector<Segment>& all, float cell_m,
+                                          std::vector<Vec3f>& points_m, std::vector<std::size_t>& segments) {
+      for (std::size_t k = 0; k < all.size(); ++k) {
+        const Vec3f way = all[k].to_m - all[k].from_m;
+        const int count = 1 + static_cast<int>(2 * length(way) / cell_m);
+        for (int i = 0; i < count; ++i) {
+          points_m.push_back(all[k].from_m +
+                             ((static_cast<float>(i) + 0.5F) / static_cast<float>(count)) * way);
+          segments.push_back(k);
+        }
+      }
+      return points_m;
+    }
+  };
   std::vector<Segment> segments_;
-  std::vector<Vec3f> middles_m_;
-  PointCells cells_;
-  float near_m_, longest_m_ = 0;
+  Places near_, farther_;
 };
 
 }  // namespace
