@@ -12,7 +12,7 @@
 namespace tactus {
 namespace {
 
-nlohmann::json to_json(Vec3d v) { return {v.x, v.y, v.z}; }
+nlohmann::json json_of(Vec3d v) { return {v.x, v.y, v.z}; }
 
 void print_box(const char* name, const PointBox& box) {
   const Vec3d size = box.extent();
@@ -47,8 +47,8 @@ nlohmann::json print_mesh(const std::string& path, double unit_m) {
   return {{"kind", "mesh"},
           {"vertices", mesh.positions_m.size()},
           {"triangles", mesh.triangles.size()},
-          {"min_m", to_json(box.min)},
-          {"max_m", to_json(box.max)},
+          {"min_m", json_of(box.min)},
+          {"max_m", json_of(box.max)},
           {"volume_m3", volume},
           {"area_m2", area},
           {"open_edges", edges.open.count},
@@ -104,12 +104,12 @@ nlohmann::json print_labels(const std::string& path) {
     print_box("bounds", box);
     list.push_back({{"label", number},
                     {"volume_m3", volume_m3},
-                    {"min_m", to_json(box.min)},
-                    {"max_m", to_json(box.max)}});
+                    {"min_m", json_of(box.min)},
+                    {"max_m", json_of(box.max)}});
   }
   return {{"kind", "labels"},
           {"dims", {volume.dims.x, volume.dims.y, volume.dims.z}},
-          {"voxel_size_m", to_json(size)},
+          {"voxel_size_m", json_of(size)},
           {"labels", list}};
 }
 

@@ -17,7 +17,7 @@ std::string number(const char* format, double value) {
   std::snprintf(text, sizeof text, format, value);
   return text;
 }
-std::string percent(double share) { return number("%.0f", 100 * share) + " %"; }
+std::string whole_percent(double share) { return number("%.0f", 100 * share) + " %"; }
 
 std::string box_text(const Box3f& box) {
   char text[160];
@@ -64,9 +64,9 @@ void find_odd_views(std::span<const Camera> cameras, const HullQuality& quality,
         too_large ? "its mask is too large there, or the camera stands or looks elsewhere"
                   : "its mask lacks what the hull has: a hole, or the camera stands or looks elsewhere";
     findings.push_back({HullFault::view_differs, static_cast<int>(c), false,
-                        "camera '" + cameras[c].name + "': the hull covers " + percent(v.recall) +
+                        "camera '" + cameras[c].name + "': the hull covers " + whole_percent(v.recall) +
                             " of its mask (IoU " + number("%.2f", v.iou) + "), the middle of all views is " +
-                            percent(middle) + ": " + what + kAskDoctor});
+                            whole_percent(middle) + ": " + what + kAskDoctor});
   }
 }
 
@@ -86,10 +86,10 @@ void find_masks_outside(std::span<const Camera> cameras, const HullQuality& qual
     if (!v.is_used || v.outside <= middle + allowed) continue;
     findings.push_back(
         {HullFault::mask_outside, static_cast<int>(c), false,
-         "camera '" + cameras[c].name + "': " + percent(v.outside) +
+         "camera '" + cameras[c].name + "': " + whole_percent(v.outside) +
              " of its mask lie outside the image of the workspace, in the middle of all views " +
-             percent(middle) + ": its mask is too large there, or the camera stands or looks elsewhere" +
-             kAskDoctor});
+             whole_percent(middle) +
+             ": its mask is too large there, or the camera stands or looks elsewhere" + kAskDoctor});
   }
 }
 
@@ -130,13 +130,13 @@ std::optional<HullFinding> find_fatal(const HullQuality& quality, const Summary&
   // One cone alone is always cut by the workspace.
   if (sum.used > 1 && quality.on_faces > limits.fatal_on_faces)
     return fatal(HullFault::fills_workspace,
-                 percent(quality.on_faces) + " of the surface are faces of the workspace " +
+                 whole_percent(quality.on_faces) + " of the surface are faces of the workspace " +
                      box_text(workspace_m) +
                      ": the masks carve next to nothing there; the cameras look elsewhere, or the workspace "
                      "is much too small");
   if (sum.used > 0 && sum.mean < limits.fatal_recall - sum.too_thin)
     return fatal(HullFault::covers_no_view,
-                 "the hull covers " + percent(sum.mean) +
+                 "the hull covers " + whole_percent(sum.mean) +
                      " of the masks, the mean of all views: they contradict one another" +
                      (quality.on_faces > limits.on_faces ? ", or the workspace cuts the object" : ""));
   return {};
@@ -160,7 +160,7 @@ std::vector<HullFinding> judge_hull(std::span<const Camera> cameras, const HullQ
   if (const std::optional<HullFinding> fatal = find_fatal(quality, sum, workspace_m, limits)) return {*fatal};
   if (sum.used > 1 && quality.on_faces > limits.on_faces)
     findings.push_back({HullFault::cut_by_workspace, -1, false,
-                        percent(quality.on_faces) + " of the surface lie on faces of the workspace " +
+                        whole_percent(quality.on_faces) + " of the surface lie on faces of the workspace " +
                             box_text(workspace_m) + ", which cuts the object (--workspace auto)"});
   for (std::size_t c = 0; c < quality.views.size(); ++c) {
     if (quality.views[c].looks_elsewhere)
@@ -175,7 +175,7 @@ std::vector<HullFinding> judge_hull(std::span<const Camera> cameras, const HullQ
   if (findings.empty() && sum.used > 1 && sum.mean < limits.mean_recall - sum.too_thin)
     findings.push_back(
         {HullFault::views_contradict, -1, false,
-         "the hull covers " + percent(sum.mean) +
+         "the hull covers " + whole_percent(sum.mean) +
              " of the masks, the mean of all views; 95 % and more where rig and masks are right" +
              kAskDoctor});
   return findings;

@@ -26,7 +26,7 @@ Vec3f deviation_color(double off_m, double tolerance_m) {
   return t < 1 ? (1 - t) * kGood + t * kFair : (2 - t) * kFair + (t - 1) * kBad;
 }
 
-Rgb8 to_rgb8(Vec3f c) {
+Rgb8 rgb8_of(Vec3f c) {
   const auto byte = [](float x) { return static_cast<std::uint8_t>(std::clamp(255 * x + 0.5F, 0.F, 255.F)); };
   return {byte(c.x), byte(c.y), byte(c.z)};
 }
@@ -157,7 +157,7 @@ void draw_scales(ColorImage& image, double tolerance_m, const ViewCamera& camera
   if (tolerance_m > 0) {
     for (Index x = 0; x < wide; ++x)
       for (Index y = 0; y < 16; ++y)
-        image(x0 + x, y0 + y) = to_rgb8(deviation_color(2 * tolerance_m * x / wide, tolerance_m));
+        image(x0 + x, y0 + y) = rgb8_of(deviation_color(2 * tolerance_m * x / wide, tolerance_m));
     draw_text(image, "off the planned line", x0, y0 - 10, 16, kInk);
     draw_text(image, "0", x0, y0 + 38, 16, kInk);
     draw_text(image, text("%.1f mm or more", 2e3 * tolerance_m), x0 + wide - 40, y0 + 38, 16, kInk);
@@ -241,7 +241,7 @@ ColorImage score_picture(const SoftBody& body, Vec3f color, const Strokes& strok
   const ColorImage scene = draw_body(body, color, strokes, plans, camera);
   ColorImage image(kScene_px + kTable_px, kHeight_px);
   for (Index y = 0; y < kHeight_px; ++y)
-    for (Index x = 0; x < image.width_px; ++x) image(x, y) = x < kScene_px ? scene(x, y) : to_rgb8(kPaper);
+    for (Index x = 0; x < image.width_px; ++x) image(x, y) = x < kScene_px ? scene(x, y) : rgb8_of(kPaper);
   double tolerance_m = 0;
   for (const PlannedLine* plan : plans) tolerance_m = std::max(tolerance_m, plan->tolerance_m());
   draw_scales(image, tolerance_m, camera);

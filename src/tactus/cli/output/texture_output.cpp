@@ -14,7 +14,7 @@
 namespace tactus {
 namespace {
 
-constexpr Index kCell_px = 250;
+constexpr Index kShot_px = 250;
 
 /// Turns the world so that up is up: data sets have their own. Rigs are rings, so up is the ring's axis,
 /// where there is one; its sign is that of the cameras' mean up direction or, when the photos lie on their
@@ -124,10 +124,10 @@ ColorImage TextureOutput::picture(const MeshView& surface, View<const Vec3f> nor
                     .photos = texture_.photos(),
                     .live_photos = texture_.live_photos()};
   scene.meshes.push_back(std::move(view));
-  Renderer renderer({.width_px = kCell_px, .height_px = kCell_px, .samples = 4, .shadow_map_px = 0});
+  Renderer renderer({.width_px = kShot_px, .height_px = kShot_px, .samples = 4, .shadow_map_px = 0});
   log_debug("the surface for OpenGL: " + Renderer::sharing(devices_.device(0)));
   static constexpr float kAzimuths_rad[] = {0.4F, 2.5F, 4.6F};
-  ColorImage sheet(3 * kCell_px, 2 * kCell_px), cell;
+  ColorImage sheet(3 * kShot_px, 2 * kShot_px), cell;
   for (const Index row : {0, 1}) {
     const Index k = row == 0 ? 1 : k_;
     scene.meshes.front().photos = std::make_shared<ViewPhotos>(ViewPhotos{.cameras = rig_.cameras,
@@ -137,8 +137,8 @@ ColorImage TextureOutput::picture(const MeshView& surface, View<const Vec3f> nor
                                                                           .center_m = workspace_m_.center()});
     for (Index column = 0; column < 3; ++column) {
       renderer.render(scene, near_view(turned, kAzimuths_rad[column], 0.3F), cell);
-      draw_text(cell, "k = " + std::to_string(k), 10, kCell_px - 10, 15);
-      paste(cell, sheet, column * kCell_px, row * kCell_px);
+      draw_text(cell, "k = " + std::to_string(k), 10, kShot_px - 10, 15);
+      paste(cell, sheet, column * kShot_px, row * kShot_px);
     }
   }
   return sheet;

@@ -38,7 +38,7 @@ bool is_true(const std::string& path, const char* key, const std::string& value)
   refuse_field(path, key, value, "True or False");
 }
 
-VoxelType type_of(const std::string& path, const std::string& name) {
+VoxelType meta_type_of(const std::string& path, const std::string& name) {
   static const std::map<std::string, VoxelType> kTypes = {
       {"MET_UCHAR", VoxelType::u8},       {"MET_CHAR", VoxelType::i8},       {"MET_USHORT", VoxelType::u16},
       {"MET_SHORT", VoxelType::i16},      {"MET_UINT", VoxelType::u32},      {"MET_INT", VoxelType::i32},
@@ -48,7 +48,7 @@ VoxelType type_of(const std::string& path, const std::string& name) {
 }
 
 /// Its space points to the left, the back and the head; a row of the matrix is the direction of an axis.
-void place(const std::string& path, const HeaderFields& fields, VoxelLayout& layout) {
+void place_meta(const std::string& path, const HeaderFields& fields, VoxelLayout& layout) {
   const std::string spacing = field(fields, {"ElementSpacing", "ElementSize"});
   if (spacing.empty()) throw Error(path + ": the header lacks ElementSpacing, so its voxels have no size");
   const std::vector<double> size = header_numbers(path, "ElementSpacing", spacing, 3),
@@ -87,10 +87,10 @@ LabelVolume read_meta_image(const std::string& path) {
   check_kind(path, fields);
   VoxelLayout layout;
   read_sizes(path, "DimSize", field(fields, {"DimSize"}), layout);
-  layout.type = type_of(path, field(fields, {"ElementType"}));
+  layout.type = meta_type_of(path, field(fields, {"ElementType"}));
   layout.big_endian = is_true(path, "BinaryDataByteOrderMSB",
                               field(fields, {"BinaryDataByteOrderMSB", "ElementByteOrderMSB"}, "False"));
-  place(path, fields, layout);
+  place_meta(path, fields, layout);
   const bool packed = is_true(path, "CompressedData", field(fields, {"CompressedData"}, "False"));
   const std::string name = fields.at("ElementDataFile");
   if (name.starts_with("LIST") || name.find('%') != name.npos)

@@ -38,7 +38,7 @@ std::string field(const HeaderFields& fields, const std::string& key) {
   return found == fields.end() ? "" : found->second;
 }
 
-VoxelType type_of(const std::string& path, const std::string& name) {
+VoxelType nrrd_type_of(const std::string& path, const std::string& name) {
   static const std::map<std::string, VoxelType> kTypes = {{"uchar", VoxelType::u8},
                                                           {"unsigned char", VoxelType::u8},
                                                           {"uint8", VoxelType::u8},
@@ -98,7 +98,7 @@ double unit_mm(const std::string& path, const std::string& units) {
   refuse_field(path, "space units", units, "\"mm\"");
 }
 
-void place(const std::string& path, const HeaderFields& fields, VoxelLayout& layout) {
+void place_nrrd(const std::string& path, const HeaderFields& fields, VoxelLayout& layout) {
   const std::string directions = field(fields, "spacedirections");
   if (directions.empty()) {
     if (field(fields, "spacings").empty())
@@ -130,12 +130,12 @@ LabelVolume read_nrrd(const std::string& path) {
                  "3; where segments overlap, 3D Slicer writes a list of volumes: export them as a label map");
   VoxelLayout layout;
   read_sizes(path, "sizes", field(fields, "sizes"), layout);
-  layout.type = type_of(path, field(fields, "type"));
+  layout.type = nrrd_type_of(path, field(fields, "type"));
   const std::string endian = field(fields, "endian");
   if (!endian.empty() && endian != "little" && endian != "big")
     refuse_field(path, "endian", endian, "little or big");
   layout.big_endian = endian == "big";
-  place(path, fields, layout);
+  place_nrrd(path, fields, layout);
   const std::string encoding = field(fields, "encoding");
   const bool packed = encoding == "gzip" || encoding == "gz";
   if (!packed && encoding != "raw") refuse_field(path, "encoding", encoding, "raw or gzip");

@@ -9,7 +9,7 @@
 namespace tactus {
 namespace {
 
-constexpr double kGrowth = 0.6;  ///< of the spacing's image
+constexpr double kMaskGrowth = 0.6;  ///< of the spacing's image
 
 struct FloatCamera {
   Vec3f row[3];
@@ -56,7 +56,7 @@ SilhouetteConsistency::SilhouetteConsistency(const Box3f& box_m, std::span<const
     trusted_cells_.push_back(cells_of(view));
     if (!view.has_mask()) continue;
     carvers.push_back({FloatCamera(view.camera), {}});
-    grow_mask(*view.mask, static_cast<int>(std::lround(kGrowth * image_of_spacing_px(view.camera))),
+    grow_mask(*view.mask, static_cast<int>(std::lround(kMaskGrowth * image_of_spacing_px(view.camera))),
               carvers.back().mask);
   }
   // Row by row, so that each camera tests only the samples that those before kept.
@@ -100,7 +100,7 @@ bool SilhouetteConsistency::carve(const SeenView& view, std::vector<std::uint8_t
   if (!view.has_mask()) return true;
   const FloatCamera camera(view.camera);
   BitMask mask;
-  grow_mask(*view.mask, static_cast<int>(std::lround(kGrowth * image_of_spacing_px(view.camera))), mask);
+  grow_mask(*view.mask, static_cast<int>(std::lround(kMaskGrowth * image_of_spacing_px(view.camera))), mask);
   // Where a silhouette ends within its image, samples outside of that image are not the object.
   const PixelRect rect = bounds_of(*view.mask);
   const bool ends_within = !rect.empty() && rect.min_x > 0 && rect.min_y > 0 &&

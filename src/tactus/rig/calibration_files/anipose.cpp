@@ -7,9 +7,9 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) { return input.toml && !camera_tables(*input.toml).empty(); }
+bool recognise_anipose(const Input& input) { return input.toml && !camera_tables(*input.toml).empty(); }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_anipose(const Input& input, const CalibrationAnswers& answers) {
   const double unit_m = asked_unit_m(input.path, "anipose, FreeMoCap and Pose2Sim", answers);
   std::vector<FileCamera> cameras;
   if (!input.toml) throw Error(input.path + ": no TOML");
@@ -18,7 +18,7 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
   return cameras;
 }
 
-void write(const std::string& path, std::span<const FileCamera> cameras) {
+void write_anipose(const std::string& path, std::span<const FileCamera> cameras) {
   refuse_sphere_lens("Pose2Sim", cameras);
   std::string text;
   for (const FileCamera& file : cameras) {
@@ -43,8 +43,8 @@ void write(const std::string& path, std::span<const FileCamera> cameras) {
 
 }  // namespace
 
-const Format kAnipose{"pose2sim", "TOML of anipose, FreeMoCap and Pose2Sim (written for Pose2Sim: metres)",
-                      "unit",     recognise,
-                      read,       write};
+const Format kAnipose{"pose2sim",   "TOML of anipose, FreeMoCap and Pose2Sim (written for Pose2Sim: metres)",
+                      "unit",       recognise_anipose,
+                      read_anipose, write_anipose};
 
 }  // namespace tactus::calibration

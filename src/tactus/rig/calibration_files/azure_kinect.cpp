@@ -6,9 +6,11 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) { return input.json && input.json->has("CalibrationInformation"); }
+bool recognise_azure_kinect(const Input& input) {
+  return input.json && input.json->has("CalibrationInformation");
+}
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_azure_kinect(const Input& input, const CalibrationAnswers& answers) {
   known_unit_m(input.path, "Azure Kinect", 1, answers);
   const Vec2i size = image_size(input.path, "Azure Kinect", {}, answers);
   const KinectCalibration k = read_kinect_calibration(input.path, size.x, size.y);
@@ -20,8 +22,8 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 const Format kAzureKinect{"azure-kinect",
                           "Azure Kinect factory calibration JSON (color, depth)",
                           "size of the colour images",
-                          recognise,
-                          read,
+                          recognise_azure_kinect,
+                          read_azure_kinect,
                           nullptr};
 
 }  // namespace tactus::calibration

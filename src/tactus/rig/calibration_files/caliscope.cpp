@@ -6,17 +6,17 @@ namespace tactus::calibration {
 namespace {
 
 /// It alone writes rotation_count. A camera that was never posed has no translation.
-bool is_ours(const DataNode& table) { return table.has("rotation_count"); }
+bool is_of_caliscope(const DataNode& table) { return table.has("rotation_count"); }
 
-bool recognise(const Input& input) {
+bool recognise_caliscope(const Input& input) {
   if (!input.toml) return false;
   for (const DataNode* table : camera_tables(*input.toml)) {
-    if (is_ours(*table)) return true;
+    if (is_of_caliscope(*table)) return true;
   }
   return false;
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_caliscope(const Input& input, const CalibrationAnswers& answers) {
   const double unit_m = known_unit_m(input.path, "caliscope", 1, answers);
   std::vector<FileCamera> cameras;
   for (const DataNode* table : camera_tables(*input.toml)) {
@@ -32,7 +32,8 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kCaliscope{"caliscope", "caliscope camera_array.toml or config.toml", "", recognise, read,
-                        nullptr};
+const Format kCaliscope{
+    "caliscope", "caliscope camera_array.toml or config.toml", "", recognise_caliscope, read_caliscope,
+    nullptr};
 
 }  // namespace tactus::calibration

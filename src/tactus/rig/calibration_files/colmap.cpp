@@ -12,28 +12,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr ColmapModel kModels[] = {{0, "SIMPLE_PINHOLE", 3},
-                                   {1, "PINHOLE", 4},
-                                   {2, "SIMPLE_RADIAL", 4},
-                                   {3, "RADIAL", 5},
-                                   {4, "OPENCV", 8},
-                                   {5, "OPENCV_FISHEYE", 8},
-                                   {6, "FULL_OPENCV", 12},
-                                   {7, "FOV", 5},
-                                   {8, "SIMPLE_RADIAL_FISHEYE", 4},
-                                   {9, "RADIAL_FISHEYE", 5},
-                                   {10, "THIN_PRISM_FISHEYE", 12}};
+constexpr ColmapModel kColmapModels[] = {{0, "SIMPLE_PINHOLE", 3},
+                                         {1, "PINHOLE", 4},
+                                         {2, "SIMPLE_RADIAL", 4},
+                                         {3, "RADIAL", 5},
+                                         {4, "OPENCV", 8},
+                                         {5, "OPENCV_FISHEYE", 8},
+                                         {6, "FULL_OPENCV", 12},
+                                         {7, "FOV", 5},
+                                         {8, "SIMPLE_RADIAL_FISHEYE", 4},
+                                         {9, "RADIAL_FISHEYE", 5},
+                                         {10, "THIN_PRISM_FISHEYE", 12}};
 
 }  // namespace
 
 const ColmapModel* colmap_model(int id) {
-  for (const ColmapModel& m : kModels) {
+  for (const ColmapModel& m : kColmapModels) {
     if (m.id == id) return &m;
   }
   return nullptr;
 }
 const ColmapModel* colmap_model(const std::string& name) {
-  for (const ColmapModel& m : kModels) {
+  for (const ColmapModel& m : kColmapModels) {
     if (m.name == name) return &m;
   }
   return nullptr;

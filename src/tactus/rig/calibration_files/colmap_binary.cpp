@@ -8,7 +8,7 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) {
+bool recognise_colmap_binary(const Input& input) {
   return colmap_folder(input, ".txt").empty() && !colmap_folder(input, ".bin").empty();
 }
 
@@ -54,7 +54,7 @@ class Bytes {
   std::size_t at_ = 0;
 };
 
-std::map<std::uint32_t, CalibratedCamera> read_lenses(const std::string& file) {
+std::map<std::uint32_t, CalibratedCamera> read_binary_lenses(const std::string& file) {
   Bytes in(file);
   std::map<std::uint32_t, CalibratedCamera> lenses;
   const std::uint64_t count = in.count(24 + 3 * 8, "cameras");
@@ -75,7 +75,7 @@ std::map<std::uint32_t, CalibratedCamera> read_lenses(const std::string& file) {
   return lenses;
 }
 
-std::vector<ColmapImage> read_images(const std::string& file) {
+std::vector<ColmapImage> read_binary_images(const std::string& file) {
   Bytes in(file);
   std::vector<ColmapImage> images;
   const std::uint64_t count = in.count(64 + 1 + 8, "images");
@@ -92,15 +92,19 @@ std::vector<ColmapImage> read_images(const std::string& file) {
   return images;
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_colmap_binary(const Input& input, const CalibrationAnswers& answers) {
   const std::string folder = colmap_folder(input, ".bin");
-  return colmap_rig(read_lenses(folder + "/cameras.bin"), read_images(folder + "/images.bin"), input.path,
-                    answers);
+  return colmap_rig(read_binary_lenses(folder + "/cameras.bin"), read_binary_images(folder + "/images.bin"),
+                    input.path, answers);
 }
 
 }  // namespace
 
-const Format kColmapBinary{
-    "colmap-binary", "COLMAP cameras.bin and images.bin in a folder", "unit", recognise, read, nullptr};
+const Format kColmapBinary{"colmap-binary",
+                           "COLMAP cameras.bin and images.bin in a folder",
+                           "unit",
+                           recognise_colmap_binary,
+                           read_colmap_binary,
+                           nullptr};
 
 }  // namespace tactus::calibration

@@ -9,7 +9,7 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) { return !colmap_folder(input, ".txt").empty(); }
+bool recognise_colmap_text(const Input& input) { return !colmap_folder(input, ".txt").empty(); }
 
 /// Calls body(line, "FILE:LINE") for every line that is no comment.
 template <class F>
@@ -21,7 +21,7 @@ void for_lines(const std::string& file, F&& body) {
   }
 }
 
-std::map<std::uint32_t, CalibratedCamera> read_lenses(const std::string& file) {
+std::map<std::uint32_t, CalibratedCamera> read_text_lenses(const std::string& file) {
   std::map<std::uint32_t, CalibratedCamera> lenses;
   for_lines(file, [&](const std::string& line, const std::string& where) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) return;
@@ -47,7 +47,7 @@ std::map<std::uint32_t, CalibratedCamera> read_lenses(const std::string& file) {
   return lenses;
 }
 
-std::vector<ColmapImage> read_images(const std::string& file) {
+std::vector<ColmapImage> read_text_images(const std::string& file) {
   std::vector<ColmapImage> images;
   bool is_points = false;  // every second line lists points, and may be empty
   for_lines(file, [&](const std::string& line, const std::string& where) {
@@ -69,10 +69,10 @@ std::vector<ColmapImage> read_images(const std::string& file) {
   return images;
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_colmap_text(const Input& input, const CalibrationAnswers& answers) {
   const std::string folder = colmap_folder(input, ".txt");
-  return colmap_rig(read_lenses(folder + "/cameras.txt"), read_images(folder + "/images.txt"), input.path,
-                    answers);
+  return colmap_rig(read_text_lenses(folder + "/cameras.txt"), read_text_images(folder + "/images.txt"),
+                    input.path, answers);
 }
 
 std::string numbers(std::span<const double> values) {
@@ -97,7 +97,7 @@ std::string parameters(const FileCamera& file) {
          numbers(K) + numbers(d);
 }
 
-void write(const std::string& path, std::span<const FileCamera> cameras) {
+void write_colmap_text(const std::string& path, std::span<const FileCamera> cameras) {
   refuse_skew("COLMAP", cameras);
   refuse_sphere_lens("COLMAP", cameras);
   std::string lenses = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n",
@@ -119,7 +119,8 @@ void write(const std::string& path, std::span<const FileCamera> cameras) {
 
 }  // namespace
 
-const Format kColmapText{"colmap", "COLMAP cameras.txt and images.txt in a folder", "unit", recognise, read,
-                         write};
+const Format kColmapText{"colmap",         "COLMAP cameras.txt and images.txt in a folder",
+                         "unit",           recognise_colmap_text,
+                         read_colmap_text, write_colmap_text};
 
 }  // namespace tactus::calibration

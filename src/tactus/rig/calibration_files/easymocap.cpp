@@ -19,7 +19,7 @@ std::string folder_of(const Input& input) {
 }
 std::string in(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
 
-bool recognise(const Input& input) {
+bool recognise_easymocap(const Input& input) {
   if (input.is_folder) return is_file(in(input.path, "intri.yml"));
   if (!input.yaml || !input.yaml->has("names")) return false;
   const DataNode& names = input.yaml->at("names");
@@ -27,13 +27,13 @@ bool recognise(const Input& input) {
          (input.yaml->has("K_" + names.children[0].text) || input.yaml->has("T_" + names.children[0].text));
 }
 
-DataNode load(const std::string& file) {
+DataNode load_opencv(const std::string& file) {
   return parse_yaml_data(read_text(file, kMaxCalibrationBytes, ReadFrom::regular_file), file);
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_easymocap(const Input& input, const CalibrationAnswers& answers) {
   const std::string folder = folder_of(input);
-  const DataNode intri = load(in(folder, "intri.yml")), extri = load(in(folder, "extri.yml"));
+  const DataNode intri = load_opencv(in(folder, "intri.yml")), extri = load_opencv(in(folder, "extri.yml"));
   const double unit_m = asked_unit_m(input.path, "EasyMocap", answers);
   std::set<std::string> placed;
   if (const DataNode* names = extri.find("names")) {
@@ -70,8 +70,8 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 const Format kEasyMocap{"easymocap",
                         "EasyMocap: intri.yml and extri.yml in a folder",
                         "unit, image size where it is not written",
-                        recognise,
-                        read,
+                        recognise_easymocap,
+                        read_easymocap,
                         nullptr};
 
 }  // namespace tactus::calibration

@@ -10,7 +10,7 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) {
+bool recognise_kalibr(const Input& input) {
   if (!input.yaml) return false;
   const DataNode* first = input.yaml->find("cam0");
   return first != nullptr && first->is_map() &&
@@ -24,12 +24,13 @@ struct Model {
   std::size_t before;
 };
 constexpr Model kPinhole{"pinhole", LensModel::none, 0};
-constexpr std::array kModels{kPinhole, Model{"omni", LensModel::omni, 1}, Model{"eucm", LensModel::eucm, 2},
-                             Model{"ds", LensModel::double_sphere, 2}};
+constexpr std::array kKalibrModels{kPinhole, Model{"omni", LensModel::omni, 1},
+                                   Model{"eucm", LensModel::eucm, 2},
+                                   Model{"ds", LensModel::double_sphere, 2}};
 
 const Model& model_of(const DataNode& node) {
-  const auto* at = std::ranges::find(kModels, node.text, &Model::name);
-  if (at == kModels.end()) node.fail("'" + node.text + "', expected pinhole, omni, eucm or ds");
+  const auto* at = std::ranges::find(kKalibrModels, node.text, &Model::name);
+  if (at == kKalibrModels.end()) node.fail("'" + node.text + "', expected pinhole, omni, eucm or ds");
   return *at;
 }
 
@@ -72,7 +73,7 @@ double focal_scale(const Lens& lens) {
   return lens.model == LensModel::double_sphere ? 1 + lens.k[0] : 1;
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_kalibr(const Input& input, const CalibrationAnswers& answers) {
   known_unit_m(input.path, "Kalibr", 1, answers);
   std::vector<FileCamera> cameras;
   Rigidd T_cam_first;
@@ -107,8 +108,8 @@ std::string rows(const Rigidd& T) {
 /// Model, distortion and intrinsics of one camera.
 std::string lens_text(const Camera& c, const Lens& lens) {
   std::vector<double> d = coefficients(lens), K;
-  const Model* model = std::ranges::find(kModels, lens.model, &Model::lens);
-  if (model == kModels.end()) model = &kPinhole;
+  const Model* model = std::ranges::find(kKalibrModels, lens.model, &Model::lens);
+  if (model == kKalibrModels.end()) model = &kPinhole;
   const char* distortion = "none";
   if (model->before > 0) {
     K.assign(d.end() - static_cast<std::ptrdiff_t>(model->before), d.end());
@@ -129,7 +130,7 @@ std::string lens_text(const Camera& c, const Lens& lens) {
 
 /// The world becomes that of the first camera: the format knows no other. `name` is beyond the format and
 /// harmless.
-void write(const std::string& path, std::span<const FileCamera> cameras) {
+void write_kalibr(const std::string& path, std::span<const FileCamera> cameras) {
   refuse_skew("Kalibr", cameras);
   std::string text;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -146,8 +147,8 @@ void write(const std::string& path, std::span<const FileCamera> cameras) {
 }  // namespace
 
 const Format kKalibr{
-    "kalibr", "Kalibr camchain YAML (pinhole with radtan, equidistant or no distortion; omni, eucm, ds)",
-    "",       recognise,
-    read,     write};
+    "kalibr",    "Kalibr camchain YAML (pinhole with radtan, equidistant or no distortion; omni, eucm, ds)",
+    "",          recognise_kalibr,
+    read_kalibr, write_kalibr};
 
 }  // namespace tactus::calibration

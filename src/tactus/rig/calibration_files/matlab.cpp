@@ -7,20 +7,22 @@
 namespace tactus::calibration {
 namespace {
 
-bool is_ours(const DataNode& node) { return node.has("IntrinsicMatrix") || node.has("RadialDistortion"); }
+bool is_of_matlab(const DataNode& node) {
+  return node.has("IntrinsicMatrix") || node.has("RadialDistortion");
+}
 
 std::vector<const DataNode*> structs(const DataNode& root) {
   const DataNode* inner = root.find_any({"cameras", "Cameras"});
   const DataNode& from = inner != nullptr ? *inner : root;
-  if (is_ours(from)) return {&from};
+  if (is_of_matlab(from)) return {&from};
   std::vector<const DataNode*> found;
   for (const DataNode& child : from.children) {
-    if (is_ours(child)) found.push_back(&child);
+    if (is_of_matlab(child)) found.push_back(&child);
   }
   return found;
 }
 
-bool recognise(const Input& input) { return input.json && !structs(*input.json).empty(); }
+bool recognise_matlab(const Input& input) { return input.json && !structs(*input.json).empty(); }
 
 double unit_m(const DataNode& from, const CalibrationAnswers& answers) {
   const DataNode* unit = from.find("WorldUnits");
@@ -75,7 +77,7 @@ FileCamera read_one(const DataNode& from, std::size_t number, const CalibrationA
   return c;
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_matlab(const Input& input, const CalibrationAnswers& answers) {
   if (!input.json) throw Error(input.path + ": no JSON");
   std::vector<FileCamera> cameras;
   for (const DataNode* from : structs(*input.json))
@@ -88,8 +90,8 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 const Format kMatlab{"matlab",
                      "MATLAB camera parameters as JSON (jsonencode)",
                      "unit and image size where they are not written",
-                     recognise,
-                     read,
+                     recognise_matlab,
+                     read_matlab,
                      nullptr};
 
 }  // namespace tactus::calibration

@@ -4,9 +4,9 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) { return input.yaml && input.yaml->has("nb_camera"); }
+bool recognise_mc_calib(const Input& input) { return input.yaml && input.yaml->has("nb_camera"); }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_mc_calib(const Input& input, const CalibrationAnswers& answers) {
   const DataNode& root = *input.yaml;
   const double unit_m = asked_unit_m(input.path, "MC-Calib", answers);
   std::vector<FileCamera> cameras;
@@ -33,7 +33,8 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kMcCalib{"mc-calib", "MC-Calib calibrated_cameras_data.yml", "unit", recognise, read, nullptr,
-                      true};
+const Format kMcCalib{
+    "mc-calib", "MC-Calib calibrated_cameras_data.yml", "unit", recognise_mc_calib, read_mc_calib, nullptr,
+    true};
 
 }  // namespace tactus::calibration

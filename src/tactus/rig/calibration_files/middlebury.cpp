@@ -10,7 +10,7 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) {
+bool recognise_middlebury(const Input& input) {
   if (input.is_folder || input.tree() != nullptr) return false;
   std::istringstream in(input.text);
   std::string first, second, word;
@@ -46,7 +46,7 @@ Camera parse_middlebury_line(const std::string& line, const std::string& where) 
   return c;
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_middlebury(const Input& input, const CalibrationAnswers& answers) {
   const double unit_m = known_unit_m(input.path, "Middlebury", 1, answers);
   std::vector<FileCamera> cameras;
   for (const MiddleburyCamera& from : read_middlebury_cameras(input.text, input.path)) {
@@ -59,8 +59,9 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kMiddlebury{"middlebury", "Middlebury multi-view *_par.txt", "image size", recognise, read,
-                         nullptr};
+const Format kMiddlebury{"middlebury",    "Middlebury multi-view *_par.txt",
+                         "image size",    recognise_middlebury,
+                         read_middlebury, nullptr};
 
 }  // namespace tactus::calibration
 

@@ -10,7 +10,7 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) {
+bool recognise_multical(const Input& input) {
   return input.json && input.json->has("camera_poses") && input.json->has("cameras");
 }
 
@@ -27,7 +27,7 @@ Rigidd pose_of(const DataNode& poses, const std::string& name, int depth = 0) {
   poses.fail("no pose of camera '" + name + "', expected '" + name + "' or '" + begin + "...'");
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_multical(const Input& input, const CalibrationAnswers& answers) {
   const DataNode& poses = input.json->at("camera_poses");
   const double unit_m = asked_unit_m(input.path, "multical", answers);
   std::vector<FileCamera> cameras;
@@ -55,7 +55,7 @@ nlohmann::json rows(const Mat3d& M) {
   return out;
 }
 
-void write(const std::string& path, std::span<const FileCamera> cameras) {
+void write_multical(const std::string& path, std::span<const FileCamera> cameras) {
   refuse_sphere_lens("multical", cameras);
   nlohmann::json json;
   for (const FileCamera& file : cameras) {
@@ -77,6 +77,7 @@ void write(const std::string& path, std::span<const FileCamera> cameras) {
 
 }  // namespace
 
-const Format kMultical{"multical", "multical calibration.json", "unit", recognise, read, write};
+const Format kMultical{"multical",    "multical calibration.json", "unit", recognise_multical, read_multical,
+                       write_multical};
 
 }  // namespace tactus::calibration

@@ -6,7 +6,7 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) { return input.json && input.json->has("frames"); }
+bool recognise_nerfstudio(const Input& input) { return input.json && input.json->has("frames"); }
 
 /// A frame's own value, else the file's for all frames.
 const DataNode* find(const DataNode& frame, const DataNode& root, const char* key) {
@@ -35,7 +35,7 @@ Lens lens_of(const DataNode& frame, const DataNode& root) {
   return make_lens(LensModel::brown, d);
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_nerfstudio(const Input& input, const CalibrationAnswers& answers) {
   const DataNode& root = *input.json;
   const double unit_m = asked_unit_m(input.path, "nerfstudio", answers);
   std::vector<FileCamera> cameras;
@@ -65,6 +65,7 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kNerfstudio{"nerfstudio", "nerfstudio transforms.json", "unit", recognise, read, nullptr, true};
+const Format kNerfstudio{
+    "nerfstudio", "nerfstudio transforms.json", "unit", recognise_nerfstudio, read_nerfstudio, nullptr, true};
 
 }  // namespace tactus::calibration

@@ -167,7 +167,7 @@ const DataNode& tree_of(const Input& input) {
   return storage != nullptr ? *storage : *root;
 }
 
-bool recognise(const Input& input) {
+bool recognise_opencv(const Input& input) {
   if (!input.xml && !input.yaml && !input.json) return false;
   const DataNode& root = tree_of(input);
   if (input.xml && input.xml->has("opencv_storage")) return true;
@@ -175,7 +175,7 @@ bool recognise(const Input& input) {
   return root.find_any(kIntrinsics) != nullptr || is_pair(root);
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_opencv(const Input& input, const CalibrationAnswers& answers) {
   return read_either(tree_of(input), answers);
 }
 
@@ -211,7 +211,7 @@ std::string file_name(const std::string& camera) {
 }
 
 /// One camera: the file itself; several: a folder with one file each, named like the cameras.
-void write(const std::string& path, std::span<const FileCamera> cameras) {
+void write_opencv(const std::string& path, std::span<const FileCamera> cameras) {
   refuse_sphere_lens("OpenCV", cameras);
   if (cameras.size() == 1 && fs::path(path).has_extension()) return write_text(path, opencv_text(cameras[0]));
   make_folder(path);
@@ -232,8 +232,8 @@ const Format kOpenCv{
     "OpenCV XML or YAML: one camera (camera matrix, distortion, R, T under the usual names) or a stereo "
     "pair (M1 D1 M2 D2 R T or K1 D1 K2 D2 R T)",
     "unit, image size where it is not written",
-    recognise,
-    read,
-    write};
+    recognise_opencv,
+    read_opencv,
+    write_opencv};
 
 }  // namespace tactus::calibration

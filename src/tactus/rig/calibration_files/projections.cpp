@@ -16,7 +16,7 @@ bool is_number(const std::string& word) {
   return end != word.c_str() && *end == '\0';
 }
 
-bool recognise(const Input& input) {
+bool recognise_projections(const Input& input) {
   if (input.is_folder || input.tree() != nullptr || input.text.find('\0') != std::string::npos) return false;
   std::istringstream in(input.text);
   std::string word;
@@ -57,7 +57,7 @@ void decompose(const double (&P)[12], const std::string& where, double unit_m, C
   camera.T_cam_world.t = unit_m * Vec3d{tx, ty, tz};
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_projections(const Input& input, const CalibrationAnswers& answers) {
   const Vec2i size = image_size(input.path, "projection matrix", {}, answers);
   const double unit_m = asked_unit_m(input.path, "projection matrix", answers);
   std::vector<FileCamera> cameras;
@@ -101,11 +101,9 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kProjections{"projections",
-                          "projection matrices P, 3x4, as text (name and 12 numbers per camera)",
-                          "unit, image size",
-                          recognise,
-                          read,
-                          nullptr};
+const Format kProjections{
+    "projections",      "projection matrices P, 3x4, as text (name and 12 numbers per camera)",
+    "unit, image size", recognise_projections,
+    read_projections,   nullptr};
 
 }  // namespace tactus::calibration

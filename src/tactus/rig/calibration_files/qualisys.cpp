@@ -6,7 +6,7 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) {
+bool recognise_qualisys(const Input& input) {
   return input.xml && input.xml->has("calibration") && input.xml->at("calibration").has("cameras");
 }
 
@@ -56,7 +56,7 @@ FileCamera read_one(const DataNode& from, const std::string& path, const Calibra
   return c;
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_qualisys(const Input& input, const CalibrationAnswers& answers) {
   known_unit_m(input.path, "Qualisys", 1e-3, answers);
   std::vector<FileCamera> cameras;
   for (const DataNode* from : input.xml->at("calibration").at("cameras").all("camera")) {
@@ -69,6 +69,7 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kQualisys{"qualisys", "Qualisys .qca.txt (video cameras)", "", recognise, read, nullptr, true};
+const Format kQualisys{
+    "qualisys", "Qualisys .qca.txt (video cameras)", "", recognise_qualisys, read_qualisys, nullptr, true};
 
 }  // namespace tactus::calibration

@@ -6,11 +6,11 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) {
+bool recognise_ros_camera_info(const Input& input) {
   return input.yaml && input.yaml->has("camera_matrix") && input.yaml->has("distortion_model");
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_ros_camera_info(const Input& input, const CalibrationAnswers& answers) {
   const DataNode& root = *input.yaml;
   FileCamera c;
   c.has_pose = false;
@@ -31,6 +31,7 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kRosCameraInfo{"ros", "ROS camera_info YAML (lens only)", "", recognise, read, nullptr};
+const Format kRosCameraInfo{
+    "ros", "ROS camera_info YAML (lens only)", "", recognise_ros_camera_info, read_ros_camera_info, nullptr};
 
 }  // namespace tactus::calibration

@@ -9,13 +9,13 @@
 namespace tactus::calibration {
 namespace {
 
-bool recognise(const Input& input) {
+bool recognise_splatting(const Input& input) {
   if (!input.json || input.json->children.empty()) return false;
   const DataNode& first = input.json->children[0];
   return first.is_map() && first.has("position") && first.has("rotation") && first.has("fx");
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_splatting(const Input& input, const CalibrationAnswers& answers) {
   if (!input.json) throw Error(input.path + ": no JSON");
   const double unit_m = asked_unit_m(input.path, "3D Gaussian splatting", answers);
   std::vector<FileCamera> cameras;
@@ -39,7 +39,8 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kSplatting{"3dgs", "cameras.json of 3D Gaussian splatting", "unit", recognise, read, nullptr,
-                        true};
+const Format kSplatting{
+    "3dgs", "cameras.json of 3D Gaussian splatting", "unit", recognise_splatting, read_splatting, nullptr,
+    true};
 
 }  // namespace tactus::calibration

@@ -27,7 +27,7 @@ struct Radial {
   }
 };
 
-bool recognise(const Input& input) {
+bool recognise_vicon(const Input& input) {
   const DataNode* cameras = input.xml ? input.xml->find("Cameras") : nullptr;
   return cameras != nullptr && cameras->has("Camera");
 }
@@ -130,7 +130,7 @@ FileCamera read_one(const DataNode& from, const DataNode& frame, const std::stri
   return c;
 }
 
-std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answers) {
+std::vector<FileCamera> read_vicon(const Input& input, const CalibrationAnswers& answers) {
   known_unit_m(input.path, "Vicon", 1e-3, answers);
   std::vector<FileCamera> cameras;
   if (!input.xml) throw Error(input.path + ": no XML");
@@ -145,6 +145,6 @@ std::vector<FileCamera> read(const Input& input, const CalibrationAnswers& answe
 
 }  // namespace
 
-const Format kVicon{"vicon", "Vicon .xcp", "", recognise, read, nullptr};
+const Format kVicon{"vicon", "Vicon .xcp", "", recognise_vicon, read_vicon, nullptr};
 
 }  // namespace tactus::calibration

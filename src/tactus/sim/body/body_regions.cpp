@@ -7,7 +7,7 @@
 namespace tactus {
 namespace {
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
+constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180;
 
 bool by_label(const SpaceRegion& region) { return region.kind == RegionKind::label; }
 
@@ -89,7 +89,7 @@ void move_nodes(const BodyDescription& body, const RegionFinder& finder, BodySha
     if (motion.nodes.empty())
       throw usage_error(motion.name + " holds no node of the body" + finder.hint(region.where));
     for (const MotionKeyDescription& key : region.path)
-      motion.keys.push_back({key.time_s, key.displacement_m, kRadPerDeg * key.angle_deg});
+      motion.keys.push_back({key.time_s, key.displacement_m, kRadiansPerDegree * key.angle_deg});
     if (region.release_s) motion.release_s = *region.release_s;
     if (region.pivot_m) {
       motion.pivot_m = region.where.frame == CoordinateFrame::body ? body.placement.to_world(*region.pivot_m)

@@ -8,7 +8,7 @@
 namespace tactus {
 namespace {
 
-bool has(Slab layers, Index layer) { return layer >= layers.begin && layer < layers.end; }
+bool has_layer(Slab layers, Index layer) { return layer >= layers.begin && layer < layers.end; }
 
 }  // namespace
 
@@ -65,8 +65,8 @@ std::vector<NodeShare> SlabPoints::shares(int s, const CubeLattice& lattice) con
   };
   for (Index node = 0; node < lattice.regular_nodes(); ++node) {
     const Index layer = lattice.nodes[at(node)].z;
-    if (has(slab.changed_layers, layer)) set(node, layer, NodeShare::copy);
-    if (has(slab.own_layers, layer)) set(node, layer, NodeShare::own);
+    if (has_layer(slab.changed_layers, layer)) set(node, layer, NodeShare::copy);
+    if (has_layer(slab.own_layers, layer)) set(node, layer, NodeShare::own);
   }
   for (Index node = lattice.regular_nodes(); node < lattice.node_count(); ++node) {
     for (const Index layer : {slab.own_layers.begin - 1, slab.own_layers.end})

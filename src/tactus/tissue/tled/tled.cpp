@@ -303,10 +303,10 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
     ctx.parallel_for("tled/element_forces", tiles.size(),
                      Kernel{tiles, active_.const_view(), predicted_m(k), stiffness, grid_, cube, sink});
   };
-  if (ctx.device().is_cuda())
-    launch(tled::TilesOnGpu{}, kinds());
-  else
-    launch(tled::TilesOnCpu{}, tled::StiffnessFields{stiffness_.const_view(), grid_.cells});
+#if defined(TACTUS_WITH_CUDA)  // else two dozen kernels are compiled that nobody can run
+  if (ctx.device().is_cuda()) return launch(tled::TilesOnGpu{}, kinds());
+#endif
+  launch(tled::TilesOnCpu{}, tled::StiffnessFields{stiffness_.const_view(), grid_.cells});
 }
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time) {
