@@ -2,7 +2,6 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 
 #include "cli/program.h"
 
@@ -321,22 +320,6 @@ TEST_F(Cli, AFigureThatNothingEndsEndsAfterTheDocumentedFrames) {
   const nlohmann::json frames = read_json("f.json")["frames"];
   EXPECT_EQ(frames.size(), 300U);
   EXPECT_EQ(frames[0]["tick"], 5);
-}
-
-/// Of the scenes that need no data: each is read, its bodies are made and its probes lie in them.
-TEST_F(Cli, EverySceneOfTheRepositoryStarts) {
-  int started = 0;
-  for (const auto& entry : fs::directory_iterator(TACTUS_SOURCE_DIR "/scenes")) {
-    std::stringstream text;
-    text << std::ifstream(entry.path()).rdbuf();
-    if (text.str().find("kind: videos") != std::string::npos ||
-        text.str().find("$TACTUS_DATA/") != std::string::npos)
-      continue;
-    const Outcome o = run_tactus("run " + entry.path().string() + " --devices cpu --view none --frames 1");
-    EXPECT_EQ(o.code, 0) << entry.path() << ": " << o.text;
-    ++started;
-  }
-  EXPECT_GE(started, 4);
 }
 
 /// EGL without a driver is as a machine without one.

@@ -18,6 +18,7 @@ std::string read(const fs::path& path) {
 
 class ShippedScenes : public ProgramTest {};
 
+/// Each is read, its bodies are made, and its probes lie in them.
 TEST_F(ShippedScenes, BeginWithoutAWarning) {
   int ran = 0;
   for (const auto& entry : fs::directory_iterator(TACTUS_SOURCE_DIR "/scenes")) {
