@@ -240,13 +240,15 @@ void cut_over_and_over(unsigned seed, double spacing_m, int strokes) {
         body.way_through(planes.back()), frames, [](Vec3d p_m, double) { return p_m; }, random);
     Wrong wrong;
     wrong.check_body(body, mass_kg, momentum, kDust);
+    const auto volumes = body.volumes_m3();
+    const double volume = std::accumulate(volumes.begin(), volumes.end(), 0.0) / body.volume_m3();
     const std::string text = wrong.text() + check_pieces(body, planes, random);
     EXPECT_TRUE(text.empty()) << "seed " << seed << ", stroke " << k << ", " << frames << " frames" << text;
     if (std::getenv("CUT_TELL") != nullptr)
       std::printf(
-          "seed %u stroke %d frames %d: parts %d, area %.4f of %.4f, filled %d, copies %d of %d cubes, "
-          "vertices %d, triangles %d%s\n",
-          seed, k, frames, body.parts(), 1e4 * (body.area_m2() - before),
+          "seed %u stroke %d frames %d: parts %d, volume %.6f, area %.4f of %.4f, filled %d, copies %d of %d "
+          "cubes, vertices %d, triangles %d%s\n",
+          seed, k, frames, body.parts(), volume, 1e4 * (body.area_m2() - before),
           1e4 * section_of(body.surface_m(), planes.back()).area_m2, int(body.cutter().surface().filled()),
           int(body.cutter().lattice().copies_in_use()),
           int(body.cutter().lattice().lattice().regular_cubes()), int(body.cutter().surface().vertex_count()),
@@ -268,6 +270,30 @@ TEST(IndependentCuts, StrokesThroughWhatWasCut) {
 TEST(IndependentCuts, StrokesThroughWhatWasCutOfAFineLattice) {
   const Seeds seeds(3);
   for (unsigned seed = seeds.first; seed < seeds.end; ++seed) cut_over_and_over(seed, 0.004, strokes_or(4));
+}
+
+/// Where walls end at older ones, parts lack triangles on both sides of the gap, and fans close them. Fans at
+/// one place sum up to nothing, so the body keeps its volume to 2e-6 spacings, by which its surface is taken
+/// in: 292 faces of 336 cubes, 1.7e-6. Closed surfaces of less than 1/64 of a cube are dropped, though: with
+/// these strokes bodies 3, 5 and 9 lose up to that.
+TEST(IndependentCuts, FansAtOlderWallsKeepTheVolume) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    std::mt19937 random(seed);
+    StrokeBody body(test::surface_of(Kind::box, 0.01F, {0.4F, -0.3F, 0.2F}, random), 0.01, 12000);
+    for (int k = 0; k < 4; ++k) {
+      CutPlane plane;
+      do plane = plane_of(body, false, random);
+      while (std::min({std::abs(plane.normal.x), std::abs(plane.normal.y), std::abs(plane.normal.z)}) < 0.3);
+      body.cut(
+          body.way_through(plane), 1, [](Vec3d p_m, double) { return p_m; }, random);
+    }
+    const auto volumes = body.volumes_m3();
+    const double change = std::accumulate(volumes.begin(), volumes.end(), 0.0) / body.volume_m3() - 1;
+    const bool has_dust = seed == 3 || seed == 5 || seed == 9;
+    EXPECT_LT(change, 2e-6) << seed;
+    EXPECT_GT(change, -2e-6 - (has_dust ? 1.0 / 64 / 336 : 0)) << seed;
+    EXPECT_GT(body.cutter().surface().filled(), 10) << seed;
+  }
 }
 
 /// Fifty straight strokes through all of a body have capacity in as many copies as the notice of a full body

@@ -25,4 +25,18 @@ inline bool apart(Vec3d low_a, Vec3d high_a, Vec3d low_b, Vec3d high_b) {
          low_b.y > high_a.y || low_b.z > high_a.z;
 }
 
+/// Calls f for the cubes of the lattice that a triangle may meet.
+template <class F>
+void for_each_cell(Vec3d a, Vec3d b, Vec3d c, F&& f) {
+  const Vec3d margin{2e-5, 2e-5, 2e-5}, low = min(a, min(b, c)) - margin, high = max(a, max(b, c)) + margin;
+  const auto cell = [](Vec3d p) {
+    return Vec3i{static_cast<Index>(std::floor(p.x)), static_cast<Index>(std::floor(p.y)),
+                 static_cast<Index>(std::floor(p.z))};
+  };
+  const Vec3i first = cell(low), last = cell(high);
+  for (Index z = first.z; z <= last.z; ++z)
+    for (Index y = first.y; y <= last.y; ++y)
+      for (Index x = first.x; x <= last.x; ++x) f(Vec3i{x, y, z});
+}
+
 }  // namespace tactus::cut

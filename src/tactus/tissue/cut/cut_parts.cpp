@@ -1,7 +1,9 @@
 // That each part of the lattice has a closed surface of its own.
 #include <algorithm>
 #include <map>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "tactus/compute/cpu_for.h"
 #include "tactus/tissue/cut/cut_geometry.h"
@@ -126,27 +128,19 @@ void CutSurface::separate(const LatticeCutter& cutter) {
     const Index cube = vertex_cube_[index(vertex)];
     return part_of_node[index(cutter.lattice().cube_nodes[index(cube)][0])];
   };
-  bool reaches = is_open;
-  for (const Index triangle : near_) set_.insert(triangle);
+  std::vector<Index> cubes;
   for (const Index triangle : suspects_) {
     const auto [a, b, c] = vertices_of_[index(triangle)];
     if (part(a) == part(b) && part(b) == part(c)) continue;
-    reaches = true;
-    for (const Corner& corner : triangles_[index(triangle)].corner) add_triangles_round(cutter, corner);
+    for (const Corner& corner : triangles_[index(triangle)].corner) cubes.push_back(corner.cube);
   }
-  set_.take(near_);
-  if (!reaches) return;
-  drop_fills(near_);
+  if (!is_open && cubes.empty()) return;
+  for (const Index cube : near_cubes_) set_.insert(cube);
+  for (const Index cube : cubes) add_near(cutter, cube);
+  take_near();
+  drop_fills(cutter, near_);
   part_triangles(cutter, near_, part_of_node);
   name_vertices(cutter, near_);
-}
-
-/// Into set_: all that have a point, and more.
-void CutSurface::add_triangles_round(const LatticeCutter& cutter, Corner corner) {
-  const Vec3i p = cutter.lattice().cubes[index(cutter.regular_of(corner.cube))];
-  for (Index k = 0; k < 27; ++k)
-    if (const Index cube = cutter.regular_at(p + Vec3i{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}); cube >= 0)
-      for (const Index triangle : bins_.of(cube)) set_.insert(triangle);
 }
 
 /// Each triangle is of one part of the lattice: that of its original vertices, else that of most corners.
@@ -193,12 +187,18 @@ void CutSurface::part_triangles(const LatticeCutter& cutter, const std::vector<I
   }
 }
 
-/// Fills are made anew where something is cut.
-void CutSurface::drop_fills(const std::vector<Index>& triangles) {
+/// Fills are made anew where something is cut: those whose places are near, whatever lists they are in. So of
+/// fills at one place, in several parts, all go or none.
+void CutSurface::drop_fills(const LatticeCutter& cutter, const std::vector<Index>& triangles) {
   for (const Index triangle : triangles) {
-    if (!triangles_[index(triangle)].is_fill || vertices_of_[index(triangle)] == std::array<Index, 3>{})
-      continue;
-    drop_triangle(triangle);
+    const Triangle& t = triangles_[index(triangle)];
+    if (!t.is_fill || !is_used(vertices_of_[index(triangle)])) continue;
+    bool is_near = false;
+    for_each_cell(at(t.corner[0].point), at(t.corner[1].point), at(t.corner[2].point), [&](Vec3i cell) {
+      is_near =
+          is_near || std::binary_search(near_cubes_.begin(), near_cubes_.end(), cutter.regular_at(cell));
+    });
+    if (is_near) drop_triangle(triangle);
   }
 }
 
@@ -231,16 +231,15 @@ void CutSurface::drop_dust(const LatticeCutter& cutter) {
       drop_triangle(triangle);
 }
 
-/// Edges that have no twin form loops, as a sum of triangles has no boundary's boundary. A loop is as small
-/// as the gap that rounding left, and gets a fan of triangles.
-void CutSurface::close(const LatticeCutter& cutter) {
-  sum_edges();
+/// Edges that have no twin form loops of vertices, as a sum of triangles has no boundary's boundary.
+std::vector<std::vector<Index>> CutSurface::open_loops() const {
   std::map<Index, std::vector<Index>> next;  // against the open edges
   for (const auto& [key, sum] : open_edges_) {
     const auto low = static_cast<Index>(key >> 32U), high = static_cast<Index>(key & 0xFFFFFFFFU);
     for (int k = 0; k < std::abs(sum); ++k) sum > 0 ? next[high].push_back(low) : next[low].push_back(high);
   }
   for (auto& [from, to] : next) std::sort(to.begin(), to.end());
+  std::vector<std::vector<Index>> loops;
   while (!next.empty()) {
     std::vector<Index> way{next.begin()->first};
     while (true) {
@@ -253,23 +252,126 @@ void CutSurface::close(const LatticeCutter& cutter) {
         way.push_back(to);
         continue;
       }
-      for (auto v = seen + 1; v != way.end() && v + 1 != way.end(); ++v) {
-        Triangle fill;
-        fill.is_fill = true;
-        const std::array<Index, 3> vertices{*seen, *v, *(v + 1)};
-        for (std::size_t k = 0; k < 3; ++k)
-          fill.corner[k] = {vertex_point_[index(vertices[k])], vertex_cube_[index(vertices[k])]};
-        const Index place = free_.empty() ? triangle_count() : free_.back();
-        add_triangle(cutter, fill);
-        if (place >= triangle_count()) return;
-        set_vertices(place, vertices);
-        suspects_.push_back(place);
-        ++filled_;
-      }
+      loops.emplace_back(seen, way.end());
       way.erase(seen + 1, way.end());
       if (!next.contains(way.back())) break;
     }
   }
+  return loops;
+}
+
+/// Per loop, the point that its fan goes out from. Where a wall ends at another one, several parts of the
+/// lattice lack triangles: mostly two, whose loops are one the other way round, else some whose loops hang
+/// together. In the rest state these loops sum up to nothing, so fans from one point do, and no volume is
+/// lost.
+std::vector<Index> CutSurface::tips_of(const std::vector<std::vector<Index>>& loops) const {
+  const auto point = [&](Index v) { return vertex_point_[index(v)]; };
+  std::vector<Index> tips(loops.size());
+  // The lowest point, of loops with a twin.
+  std::map<std::vector<Index>, std::vector<std::size_t>> without_twin;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    std::vector<Index> points;
+    for (const Index v : loops[i]) points.push_back(point(v));
+    const auto lowest_first = [](std::vector<Index>& p) {
+      std::rotate(p.begin(), std::min_element(p.begin(), p.end()), p.end());
+    };
+    lowest_first(points);
+    tips[i] = points.front();
+    std::vector<Index> twin(points.rbegin(), points.rend());
+    lowest_first(twin);
+    const auto found = without_twin.find(twin);
+    if (found == without_twin.end()) {
+      without_twin[points].push_back(i);
+      continue;
+    }
+    found->second.pop_back();
+    if (found->second.empty()) without_twin.erase(found);
+  }
+  std::vector<std::size_t> others;
+  for (const auto& [points, list] : without_twin) others.insert(others.end(), list.begin(), list.end());
+  std::sort(others.begin(), others.end());
+  // Those of the others that hang together get the point that most of them have.
+  std::map<Index, std::vector<std::size_t>> loops_at;  // by point; once for each time
+  for (const std::size_t i : others)
+    for (const Index v : loops[i]) loops_at[point(v)].push_back(i);
+  std::vector<std::uint8_t> is_known(loops.size());
+  for (const std::size_t first : others) {
+    if (is_known[first] != 0) continue;
+    is_known[first] = 1;
+    std::vector<std::size_t> group{first};
+    std::size_t most = 0;
+    Index tip = -1;
+    for (std::size_t k = 0; k < group.size(); ++k)
+      for (const Index v : loops[group[k]]) {
+        const auto& here = loops_at.at(point(v));
+        for (const std::size_t i : here)
+          if (std::exchange(is_known[i], std::uint8_t{1}) == 0) group.push_back(i);
+        if (here.size() < most || (here.size() == most && point(v) > tip)) continue;
+        most = here.size();
+        tip = point(v);
+      }
+    for (const std::size_t i : group) tips[i] = tip;
+  }
+  return tips;
+}
+
+/// A vertex at a point that moves with one of the cubes of a loop's vertices; -1: none of them holds it.
+Index CutSurface::vertex_in(const LatticeCutter& cutter, const std::vector<Index>& loop, Index point) {
+  if (!points_[index(point)].is_wall) return -1;
+  const Vec3d p = at(point);
+  for (const Index v : loop) {
+    const Index cube = vertex_cube_[index(v)];
+    const Vec3d low = vec_cast<double>(cutter.lattice().cubes[index(cube)]);
+    if (apart(p, p, low, low + Vec3d{1, 1, 1})) continue;
+    const std::array<Index, 8> nodes = nodes_of(cutter, {point, cube});
+    const Index vertex = vertex_of(point, nodes);
+    const Use use{-1, -1, cube, 0};
+    use_nodes_.assign(1, nodes);
+    anchor_vertex(cutter, vertex, point, {&use, 1});
+    return vertex;
+  }
+  return -1;
+}
+
+/// Closes all loops by fans.
+void CutSurface::close(const LatticeCutter& cutter) {
+  sum_edges();
+  if (open_edges_.empty()) return;
+  std::vector<std::vector<Index>> loops = open_loops();
+  const std::vector<Index> tips = tips_of(loops);
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    std::vector<Index>& loop = loops[i];
+    const auto point = [&](Index v) { return vertex_point_[index(v)]; };
+    auto first = std::find_if(loop.begin(), loop.end(), [&](Index v) { return point(v) == tips[i]; });
+    const Index tip = first == loop.end() ? vertex_in(cutter, loop, tips[i]) : -1;
+    if (first == loop.end())
+      first =
+          std::min_element(loop.begin(), loop.end(), [&](Index a, Index b) { return point(a) < point(b); });
+    std::rotate(loop.begin(), first, loop.end());
+    if (tip >= 0) {
+      loop.push_back(loop.front());
+      loop.insert(loop.begin(), tip);
+    }
+    if (!add_fan(cutter, loop)) return;
+  }
+}
+
+/// From the first of some vertices. @returns whether there was capacity
+bool CutSurface::add_fan(const LatticeCutter& cutter, std::span<const Index> way) {
+  for (std::size_t v = 1; v + 1 < way.size(); ++v) {
+    Triangle fill;
+    fill.is_fill = true;
+    const std::array<Index, 3> vertices{way[0], way[v], way[v + 1]};
+    for (std::size_t k = 0; k < 3; ++k)
+      fill.corner[k] = {vertex_point_[index(vertices[k])], vertex_cube_[index(vertices[k])]};
+    const Index place = free_.empty() ? triangle_count() : free_.back();
+    add_triangle(cutter, fill);
+    if (place >= triangle_count()) return false;
+    set_vertices(place, vertices);
+    suspects_.push_back(place);
+    ++filled_;
+  }
+  return true;
 }
 
 }  // namespace tactus::cut

@@ -117,19 +117,11 @@ void CutSurface::place_points(const LatticeCutter& cutter, const TriangleMesh& s
 
 /// @param triangles that have the same corners
 void CutSurface::add_to_bins(const LatticeCutter& cutter, std::span<const Index> triangles) {
-  const Triangle& t = triangles_[index(triangles.front())];
-  const Vec3d a = at(t.corner[0].point), b = at(t.corner[1].point), c = at(t.corner[2].point);
-  const Vec3d margin{2e-5, 2e-5, 2e-5}, low = min(a, min(b, c)) - margin, high = max(a, max(b, c)) + margin;
-  const auto cell = [](Vec3d p) {
-    return Vec3i{static_cast<Index>(std::floor(p.x)), static_cast<Index>(std::floor(p.y)),
-                 static_cast<Index>(std::floor(p.z))};
-  };
-  const Vec3i first = cell(low), last = cell(high);
-  for (Index z = first.z; z <= last.z; ++z)
-    for (Index y = first.y; y <= last.y; ++y)
-      for (Index x = first.x; x <= last.x; ++x)
-        if (const Index cube = cutter.regular_at({x, y, z}); cube >= 0)
-          for (const Index triangle : triangles) bins_.push_back(cube, triangle);
+  const auto& corner = triangles_[index(triangles.front())].corner;
+  for_each_cell(at(corner[0].point), at(corner[1].point), at(corner[2].point), [&](Vec3i cell) {
+    if (const Index cube = cutter.regular_at(cell); cube >= 0)
+      for (const Index triangle : triangles) bins_.push_back(cube, triangle);
+  });
 }
 
 /// @returns its place; -1: there is no capacity

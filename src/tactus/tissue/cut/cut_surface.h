@@ -95,7 +95,7 @@ class CutSurface {
   }
   /// On which side of its wall a cube that was cut has a point: that of part[0] or part[1].
   int side(Index parent, Vec3d p) const { return parted_[index(parted_place_[index(parent)])].wall.side(p); }
-  /// Number of triangles that close the gaps left by rounding, in all.
+  /// Number of triangles that close gaps, in all: those that rounding left, and those between walls.
   Index filled() const { return filled_; }
   /// Area of all walls, of one side, at rest [spacings^2].
   double wall_area() const { return wall_area_; }
@@ -397,13 +397,16 @@ class CutSurface {
   // cut_parts.cpp
   void drop_dust(const LatticeCutter& cutter);
   void drop_triangle(Index triangle);
-  void drop_fills(const std::vector<Index>& triangles);
+  void drop_fills(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void mend_sides(const LatticeCutter& cutter, const std::vector<Index>& triangles);
   void note_suspects(const std::vector<Index>& triangles);
   void separate(const LatticeCutter& cutter);
-  void add_triangles_round(const LatticeCutter& cutter, Corner corner);
   void part_triangles(const LatticeCutter& cutter, const std::vector<Index>& triangles,
                       const std::vector<Index>& part_of_node);
+  std::vector<std::vector<Index>> open_loops() const;
+  std::vector<Index> tips_of(const std::vector<std::vector<Index>>& loops) const;
+  Index vertex_in(const LatticeCutter& cutter, const std::vector<Index>& loop, Index point);
+  bool add_fan(const LatticeCutter& cutter, std::span<const Index> way);
   void close(const LatticeCutter& cutter);
 
   Capacity capacity_;

@@ -358,7 +358,7 @@ void CutSurface::update(const LatticeCutter& cutter, TopologyChange& change) {
   take(split_walls_, next_split_walls_);
   new_anchors_.clear();
   new_triangles_.clear();
-  drop_fills(triangles);
+  drop_fills(cutter, triangles);
   mend_sides(cutter, triangles);
   name_vertices(cutter, triangles);
   note_suspects(triangles);
