@@ -13,7 +13,8 @@
 namespace tactus {
 namespace {
 
-constexpr double kPi = 3.14159265358979, kGravity = 9.81, kDegree = kPi / 180, kFriction = 0.4;
+constexpr double kPi = 3.14159265358979, kGravity = 9.81, kDegree = kPi / 180, kFriction = 0.4,
+                 kBarelyEnough = 0.37;  // tan 20 degrees is 0.364
 
 /// A block on a slope; its scene gives nothing but shape, model, spacing and E.
 struct Block {
@@ -21,6 +22,10 @@ struct Block {
   Vec3d size_m{0.1, 0.1, 0.1};
   double young_Pa = 1e4, spacing_m = 0.02, slope_deg = 20;
   ObstacleShape kind = ObstacleShape::box;
+  /// The slope and what lies on it are turned, as in a scene, so the lattice isn't along the base. Else
+  /// gravity is.
+  bool is_turned = false;
+  double friction = kFriction;
 };
 
 std::ostream& operator<<(std::ostream& out, const Block& b) {
@@ -29,7 +34,8 @@ std::ostream& operator<<(std::ostream& out, const Block& b) {
                                                      : "hybrid";
   return out << model << " " << b.size_m.x << "x" << b.size_m.y << "x" << b.size_m.z << " m, " << b.young_Pa
              << " Pa, spacing " << b.spacing_m << " m, " << b.slope_deg << " degrees, "
-             << (b.kind == ObstacleShape::plane ? "plane" : "box");
+             << (b.kind == ObstacleShape::plane ? "plane" : "box") << (b.is_turned ? ", turned" : "")
+             << ", friction " << b.friction;
 }
 
 BodyDescription description(const Block& b) {
@@ -47,10 +53,19 @@ BodyDescription description(const Block& b) {
 double volume_m3(const Block& b) { return b.size_m.x * b.size_m.y * b.size_m.z; }
 double rule_per_s(const Block& b) { return slowest_sway_per_s(description(b).material, volume_m3(b)); }
 
+PlacementDescription on_slope(const Block& b, double up_m) {
+  PlacementDescription place;
+  if (b.is_turned) place.rotation_deg = {0, 0, -b.slope_deg};
+  place.position_m = place.rotation() * Vec3d{0, up_m, 0};
+  return place;
+}
+
 class OnASlope {
  public:
   explicit OnASlope(const Block& b)
-      : devices_("cpu", 5), simulation_(devices_, scene(b), make_synthetic_rig(), {}) {
+      : devices_("cpu", 5),
+        simulation_(devices_, scene(b), make_synthetic_rig(), {}),
+        down_(on_slope(b, 0).rotation() * Vec3d{1, 0, 0}) {
     step(0);
   }
   /// @returns the codes of notices
@@ -60,22 +75,23 @@ class OnASlope {
     return codes;
   }
   const RigidMotion& motion() const { return simulation_.bodies()[0]->status().motion; }
-  double down_m() const { return motion().center_m.x; }
+  double down_m() const { return dot(motion().center_m, down_); }
+  double down_m_s() const { return dot(motion().velocity_m_s, down_); }
 
  private:
   static Scene scene(const Block& b) {
     Scene scene;
     scene.reconstruction.resolution = 12;
     scene.bodies.push_back(description(b));
-    scene.bodies[0].placement.position_m.y += 5e-4;
-    scene.contact.friction = kFriction;
-    const double slope = b.slope_deg * kDegree;
+    scene.bodies[0].placement = on_slope(b, 0.5 * b.size_m.y + 5e-4);
+    scene.contact.friction = b.friction;
+    const double slope = b.is_turned ? 0 : b.slope_deg * kDegree;
     scene.gravity_m_s2 = {kGravity * std::sin(slope), -kGravity * std::cos(slope), 0};
     ObstacleSetting& tray = scene.obstacles.emplace_back();
     tray.name = "tray";
     tray.kind = b.kind;
     tray.size_m = {40, 0.02, 1};
-    tray.placement.position_m = {0, b.kind == ObstacleShape::plane ? 0 : -0.01, 0};
+    tray.placement = on_slope(b, b.kind == ObstacleShape::plane ? 0 : -0.01);
     return scene;
   }
   std::string step(double dt_s) {
@@ -85,6 +101,7 @@ class OnASlope {
   }
   DeviceSet devices_;
   test::FilmedWorld simulation_;
+  Vec3d down_;
 };
 
 /// How far down the slope the centre of mass is from the middle of the base, over half the base: at 1 a block
@@ -117,6 +134,12 @@ std::vector<Block> standing() {
     all.push_back({model, kTall, 1e5, 0.025, 5});
     all.push_back({model, kTall, 1e5, 0.0125, 5, ObstacleShape::plane});
     all.push_back({model, kLow, 1e5, 0.02, 20, ObstacleShape::box});
+    // A turned base gives way more (docs/tissue_verification.md): these are stiff for their size.
+    for (const double slope_deg : {10., 15., 20.}) {
+      all.push_back({model, {0.05, 0.05, 0.05}, 3e4, 0.01, slope_deg, ObstacleShape::box, true});
+      all.push_back({model, {0.15, 0.15, 0.15}, 5e4, 0.02, slope_deg, ObstacleShape::plane, true});
+    }
+    all.push_back({model, {0.05, 0.05, 0.05}, 3e4, 0.01, 20, ObstacleShape::plane, true, kBarelyEnough});
   }
   return all;
 }
@@ -128,16 +151,25 @@ INSTANTIATE_TEST_SUITE_P(ByDefault, StandsOnASlope, ::testing::ValuesIn(standing
 TEST_P(StandsOnASlope, AndDoesNotCreep) {
   ASSERT_LT(overhang(GetParam()), 0.5);
   OnASlope block(GetParam());
-  EXPECT_EQ(block.run(GetParam().size_m.y > GetParam().size_m.x ? 6 : 2), "") << "tall ones rock slowly";
+  // Tall ones rock slowly, and large ones of shape matching sway for longer: at 31 /s, 0.05 of critical
+  // leaves exp(-3) of a swing after 2 s, exp(-9) after 6. What its first fall set going is braked by g (mu
+  // cos - sin): 0.33 m/s^2 at 0.4, but 0.055 m/s^2 at 0.37, where each 0.1 m/s takes 2 s.
+  const Block& b = GetParam();
+  const bool barely = b.friction < kFriction;
+  EXPECT_EQ(block.run(b.size_m.y > b.size_m.x || b.size_m.x > 0.1 || barely ? 6 : 2), "");
   const double before_m = block.down_m();
   EXPECT_EQ(block.run(1), "");
   EXPECT_NEAR(block.down_m(), before_m, 1e-4) << "0.1 mm/s";
-  EXPECT_LT(before_m, 0.05);
+  if (!barely) {
+    EXPECT_LT(before_m, 0.05);
+  }
 }
 
 std::vector<Block> sliding() {
   std::vector<Block> all = standing();
-  std::erase_if(all, [](const Block& b) { return b.size_m.y > b.size_m.x; });
+  std::erase_if(all, [](const Block& b) {
+    return b.size_m.y > b.size_m.x || (b.is_turned && (b.slope_deg < 20 || b.friction < kFriction));
+  });
   for (Block& b : all) b.slope_deg = 25;
   std::erase_if(all, [](const Block& b) { return overhang(b) > 0.6; });
   return all;
@@ -149,10 +181,10 @@ INSTANTIATE_TEST_SUITE_P(ByDefault, SlidesOnASlope, ::testing::ValuesIn(sliding(
 TEST_P(SlidesOnASlope, AsCoulombSays) {
   OnASlope block(GetParam());
   EXPECT_EQ(block.run(1), "");
-  const double before_m_s = block.motion().velocity_m_s.x, slope = 25 * kDegree,
+  const double before_m_s = block.down_m_s(), slope = 25 * kDegree,
                expected = kGravity * (std::sin(slope) - kFriction * std::cos(slope));
   EXPECT_EQ(block.run(1), "");
-  EXPECT_NEAR(block.motion().velocity_m_s.x - before_m_s, expected, 0.03 * expected);
+  EXPECT_NEAR(block.down_m_s() - before_m_s, expected, 0.03 * expected);
 }
 
 /// A tall block of 10 kPa leans so much on 20 degrees that its centre is beyond its base. It falls on its
