@@ -127,6 +127,30 @@ TEST(IndependentMass, BoxesBallsAndCylindersWeighWhatTheirSurfaceEncloses) {
   EXPECT_NEAR(volume_m3(ring), 2 * kPi * kPi * 0.05 * 0.017 * 0.017, 0.01 * volume_m3(ring));
 }
 
+/// About an axis through the centre, over that of the solid, less 1. Nodes outside the surface carry mass of
+/// the solid parts round them, so bodies turn as if they were larger (docs/tissue_verification.md): what is
+/// asked for is 2 %.
+double excess(const TriangleMesh& mesh, Vec3d true_squares, int axis) {
+  const Vec3d squares = moments(lattice_from_mesh(mesh, {.spacing_m = kH, .density_kg_m3 = 1000})).squares;
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  return (squares[u] + squares[v]) / (true_squares[u] + true_squares[v]) - 1;
+}
+
+TEST(IndependentMass, MomentsOfInertiaAreAsMuchTooLargeAsDocumented) {
+  constexpr double kHalf = 0.02, kPrint = 0.005;  // the docs give whole percents
+  const double of_cube = 1000 * 8 * kHalf * kHalf * kHalf * kHalf * kHalf / 3;  // m a^2 / 3, along each axis
+  for (const auto& [degrees, expected] : {std::pair{0.0, 0.125}, {30.0, 0.203}, {45.0, 0.201}}) {
+    TriangleMesh cube = box_surface({0.02F, 0.02F, 0.02F}, {1, 1, 1});
+    place(cube, {0, 0, 1}, degrees);
+    EXPECT_NEAR(excess(cube, {of_cube, of_cube, of_cube}, 2), expected, kPrint) << degrees << " degrees";
+  }
+  for (const auto& [r, expected] : {std::pair{2.5, 0.212}, {4.0, 0.08}, {8.0, 0.019}}) {
+    const TriangleMesh mesh = ball(r * double{kH}, 48);
+    const double each = 1000 * volume_m3(mesh) * r * r * double{kH * kH} / 5;  // m R^2 / 5, along each axis
+    EXPECT_NEAR(excess(mesh, {each, each, each}, 0), expected, kPrint) << r;
+  }
+}
+
 /// Thinner than a cube, in a layer, across two, and turned.
 TEST(IndependentMass, ThinPlatesKeepTheirMass) {
   for (const double t : {0.001, 0.004, 0.0095, 0.0149}) {
