@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "tactus/geom/lattice/cube_lattice.h"
 #include "tactus/geom/mesh/box_surface.h"

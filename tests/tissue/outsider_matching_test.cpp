@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "tactus/tissue/flsm/flsm.h"
 #include "tissue/tled_bodies.h"
@@ -99,6 +100,46 @@ double shear(int w) {
   return double{stress_Pa} / (along.of() + across.of()) / (double{kYoung} / 2.9);
 }
 
+/// The same plate, turned by 45 degrees about z in its lattice. Nodes of the outer half cube, and those
+/// outside, share the load by their masses, so the shear is taken between them.
+double turned_shear(int w) {
+  const Mat3f turn = rotation_matrix(axis_angle({0, 0, 1}, 0.25F * kPi)), back = transpose(turn);
+  const auto distance = [&](Vec3f p) {
+    const Vec3f q = back * p;
+    return max(max(abs(q.x), abs(q.z)) - 8 * kH, abs(q.y) - 2 * kH);
+  };
+  const float reach = 9 * kH;
+  const CubeLattice lattice =
+      lattice_from_sdf(distance, {{-reach, -reach, -reach}, {reach, reach, reach}}, {.spacing_m = kH});
+  const float stress_Pa = 100;
+  const auto is_face = [](Vec3f q) { return abs(q.y) > 1.5F * kH; };
+  const auto is_side = [](Vec3f q) { return abs(q.x) > 7.5F * kH; };
+  double faces_kg = 0, sides_kg = 0, mass = 0;
+  for (Index i = 0; i < lattice.node_count(); ++i) {
+    const Vec3f q = back * lattice.rest_m(i);
+    const double m = double{lattice.node_mass_kg[at(i)]};
+    mass += m, faces_kg += is_face(q) ? m : 0, sides_kg += is_side(q) ? m : 0;
+  }
+  const double volume = mass / 1000;
+  const auto face = static_cast<float>(2 * double{stress_Pa} * volume / (4 * double{kH}) / faces_kg),
+             side = static_cast<float>(2 * double{stress_Pa} * volume / (16 * double{kH}) / sides_kg);
+  const std::vector<Vec3f> x = settled(lattice, w, [&](Vec3f p) {
+    const Vec3f q = back * p;
+    Vec3f f{};
+    if (is_face(q)) f.x = q.y > 0 ? face : -face;
+    if (is_side(q)) f.y = q.x > 0 ? side : -side;
+    return turn * f;
+  });
+  Slope along, across;
+  for (Index i = 0; i < lattice.node_count(); ++i) {
+    const Vec3f q = back * lattice.rest_m(i), u = back * x[at(i)] - q;
+    if (abs(q.x) > 4 * kH || abs(q.z) > 4 * kH || is_face(q)) continue;
+    along.add(double{lattice.node_mass_kg[at(i)]}, double{q.y}, double{u.x});
+    across.add(double{lattice.node_mass_kg[at(i)]}, double{q.x}, double{u.y});
+  }
+  return double{stress_Pa} / (along.of() + across.of()) / (double{kYoung} / 2.9);
+}
+
 /// Found: +18, +39, +73 % in tension (w = 1, 2, 3), +47 to +87 % turned by 45 degrees, +30 to +113 % in
 /// shear.
 TEST(OutsiderMatching, IsAsStiffAsItsMaterial) {
@@ -112,6 +153,13 @@ TEST(OutsiderMatching, IsAsStiffAsItsMaterial) {
     EXPECT_NEAR(odd, 1, 0.15) << w;
     EXPECT_NEAR(sheared, 1, 0.30) << w;
   }
+}
+
+/// The bar is 30 %, which regions of three cubes miss. The docs give whole percents of what is
+/// here; a change of 3 % is one to write there.
+TEST(OutsiderMatching, TurnedPlatesAreTooStiffInShearWhereRegionsAreWide) {
+  for (const auto& [w, expected] : {std::pair{1, 1.02}, {2, 1.19}, {3, 1.45}})
+    EXPECT_NEAR(turned_shear(w), expected, 0.03) << w;
 }
 
 }  // namespace
