@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -50,9 +51,13 @@ SourceKind kind_of(const DoctorOptions& options) {
   if (fs::is_directory(options.rig)) return SourceKind::middlebury;
   if (is_recording(options.rig)) return SourceKind::recording;
   const RigFile file = read_rig_file(options.rig);
-  const bool masks =
-      std::none_of(file.masks.begin(), file.masks.end(), [](const auto& m) { return m.empty(); });
-  return masks ? SourceKind::masks : SourceKind::videos;
+  const auto lacking = [](const std::vector<std::string>& files) {
+    return std::count(files.begin(), files.end(), "");
+  };
+  const auto without_mask = lacking(file.masks);
+  // Where some have neither, what fewer cameras lack is named.
+  const bool has_masks = without_mask < std::ssize(file.masks) && without_mask <= lacking(file.videos);
+  return has_masks ? SourceKind::masks : SourceKind::videos;
 }
 
 std::size_t camera_number(const std::vector<Camera>& cameras, const std::string& name) {

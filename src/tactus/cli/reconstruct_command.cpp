@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -133,6 +134,14 @@ std::string joined(std::initializer_list<std::string_view> parts) {
 }
 
 std::unique_ptr<FrameSource> open_described(const ReconstructOptions& options) {
+  const std::span<const std::string> figures = figure_names();
+  const bool is_figure = std::find(figures.begin(), figures.end(), options.what) != figures.end();
+  if (describe_source(options).kind == SourceKind::synthetic && !is_figure &&
+      std::filesystem::exists(options.what))
+    throw usage_error(
+        "'" + options.what +
+        "' is a file or folder, and the source 'synthetic' makes figures: say what reads it, as "
+        "--source masks or --source videos");
   return open_frame_source(describe_source(options), {.truth = true,
                                                       .colors = options.texture.has_value(),
                                                       .depth = !options.no_depth,

@@ -20,12 +20,15 @@ namespace {
 
 /// A run whose bodies were crushed says so at its end, where it is seen; one whose body blew up, by its exit
 /// code, too.
-void warn_of_strain(const CrushSink& crush, const World& world, const RunOptions& options) {
+void warn_of_strain(const CrushSink& crush, World& world, const RunOptions& options) {
   std::string names;
+  const std::vector<BodyMonitors> last = world.monitors();
   for (std::size_t b = 0; b < world.impl().bodies().size(); ++b) {
     const SoftBody& body = *world.impl().bodies()[b];
     if (body.status().is_frozen) set_exit_code(kExitBlewUp);
-    if (!crush.is_crushed(b) && !body.status().is_frozen) continue;
+    // Devices look at elements while they step; cubes whose shape is matched are seen here, as they end.
+    const bool ends_crushed = last[b].inverted_cubes > 0 || last[b].min_J < kBadVolume;
+    if (!crush.is_crushed(b) && !ends_crushed && !body.status().is_frozen) continue;
     names += (names.empty() ? "'" : ", '") + body.name() + "'";
     names += body.status().is_frozen ? " (blew up and rests)" : "";
   }
@@ -75,7 +78,10 @@ void finish_run(const RunOptions& options, const Scene& scene, const FrameSource
   std::printf("%s: %d frames on %s\n", scene.name.c_str(), loop.frames(), devices.c_str());
   print_table(world);
   warn_of_strain(sinks.crush, world, options);
-  if (sinks.pictures) std::printf("\npictures: %s.mp4, %s.png\n", stem.c_str(), stem.c_str());
+  if (sinks.pictures && (scene.output.video || scene.output.contact_sheet))
+    std::printf("\npictures: %s%s%s\n", scene.output.video ? (stem + ".mp4").c_str() : "",
+                scene.output.video && scene.output.contact_sheet ? ", " : "",
+                scene.output.contact_sheet ? (stem + ".png").c_str() : "");
   if (sinks.pictures && scene.output.score)
     for (const std::string& path : write_score_pictures(scene, world, stem))
       std::printf("score: %s\n", path.c_str());

@@ -28,6 +28,17 @@ TriangleMesh placed_mesh(const std::string& path, double unit_m, const std::stri
   return std::move(imported.mesh);
 }
 
+/// As a body's: turned right side out.
+TriangleMesh obstacle_mesh(const ObstacleSetting& obstacle) {
+  const std::string of = "obstacle '" + obstacle.name + "'";
+  TriangleMesh mesh = placed_mesh(obstacle.path, obstacle.unit_m, of);
+  if (volume_m3(mesh) >= 0) return mesh;
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  for (Vec3f& normal : mesh.normals) normal = -normal;
+  log_warning(of + ": its triangles face inwards; they are taken the other way round");
+  return mesh;
+}
+
 /// Edge and markers of a blade are in the file's coordinates.
 TriangleMesh blade_mesh(const BladeDescription& blade) {
   ImportedMesh imported = import_mesh(blade.tracked->path, blade.tracked->unit_m);
@@ -50,9 +61,7 @@ BodyAssets load_body_assets(const Scene& scene) {
     if (obstacle.kind != ObstacleShape::mesh) continue;
     const auto unit_m = static_cast<float>(obstacle.unit_m);
     assets.obstacle_meshes[obstacle.name] =
-        obstacle.path == kHookPath
-            ? hook_surface(unit_m, kHookRod * unit_m)
-            : placed_mesh(obstacle.path, obstacle.unit_m, "obstacle '" + obstacle.name + "'");
+        obstacle.path == kHookPath ? hook_surface(unit_m, kHookRod * unit_m) : obstacle_mesh(obstacle);
   }
   for (const BladeDescription& blade : scene.blades) {
     if (blade.tracked && blade.tracked->model == BladeShape::mesh)
