@@ -218,7 +218,9 @@ TEST_P(Wounds, BleedInBeatsOfTheHeart) {
     double due_m3 = 0;
     for (const CutScore& cut : got.cuts) due_m3 += cut.due_m3;
     EXPECT_NEAR(due_m3, got.expected_m3, 1e-4 * got.expected_m3) << frames << " frames";
-    if (frames == 20) EXPECT_TRUE(got.liquid_m == on_cpu.liquid_m) << "the same bits";
+    if (frames == 20) {
+      EXPECT_TRUE(got.liquid_m == on_cpu.liquid_m) << "the same bits";
+    }
   }
 }
 
