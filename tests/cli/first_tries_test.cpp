@@ -73,6 +73,24 @@ TEST_F(FirstTries, AnObstacleThatFacesInwardsIsTurned) {
   EXPECT_EQ(read_json("in.json")["state_hash"], read_json("out.json")["state_hash"]);
 }
 
+/// Black on white: all of the rim is white. An object that three sides cut off covers 56 % of it.
+TEST_F(FirstTries, MasksOfABlackObjectAreTold) {
+  write_calibration(path("camera.yaml"));
+  const auto told = [&](const cv::Rect& square, int of_square, int round) {
+    cv::Mat mask(64, 64, CV_8U, cv::Scalar(round));
+    mask(square).setTo(of_square);
+    write_image(path("m.png"), mask);
+    write_rig(path("rig.yaml"), {{.name = "a", .mask = "m.png"}, {.name = "b", .mask = "m.png"}});
+    return run_tactus("reconstruct --source masks " + path("rig.yaml") + " --resolution 16 --devices cpu")
+        .text;
+  };
+  const std::string inverted = told({26, 26, 12, 12}, 0, 255), right = told({26, 26, 12, 12}, 255, 0),
+                    at_a_side = told({0, 0, 64, 40}, 255, 0);
+  EXPECT_NE(inverted.find("is its object black?"), std::string::npos) << inverted;
+  EXPECT_EQ(right.find("is its object black?"), std::string::npos) << right;
+  EXPECT_EQ(at_a_side.find("is its object black?"), std::string::npos) << at_a_side;
+}
+
 /// Of three cameras one lacks its mask, and none has a film: the doctor names that one, not a film of the
 /// first.
 TEST_F(FirstTries, TheDoctorNamesTheCameraThatLacksItsMask) {

@@ -12,6 +12,23 @@
 namespace tactus {
 namespace {
 
+/// "", or what is odd about a mask. An object seldom covers all of the rim of a picture; what is round a
+/// black one does.
+std::string odd_mask(const Image<std::uint8_t>& mask) {
+  const auto set = std::count(mask.pixels.begin(), mask.pixels.end(), 255);
+  if (const std::string odd = odd_coverage(set, std::ssize(mask.pixels)); !odd.empty()) return odd;
+  const auto width = static_cast<std::ptrdiff_t>(mask.width_px),
+             height = static_cast<std::ptrdiff_t>(mask.height_px);
+  std::ptrdiff_t on_rim = 0;
+  const auto look = [&](std::ptrdiff_t x, std::ptrdiff_t y) {
+    on_rim += mask.pixels[static_cast<std::size_t>(y * width + x)] == 255 ? 1 : 0;
+  };
+  for (std::ptrdiff_t x = 0; x < width; ++x) look(x, 0), look(x, height - 1);
+  for (std::ptrdiff_t y = 0; y < height; ++y) look(0, y), look(width - 1, y);
+  const bool is_inverted = 20 * on_rim >= 19 * 2 * (width + height) && 2 * set > std::ssize(mask.pixels);
+  return is_inverted ? "the mask is white along its rim: is its object black? It must be white" : "";
+}
+
 class MaskSource final : public FrameSource {
  public:
   MaskSource(const std::string& path, const DataOptions& options)
@@ -67,14 +84,12 @@ class MaskSource final : public FrameSource {
     for (std::size_t i = 0; i < masks_.size(); ++i) {
       try {
         if (sequence_) bytes_[i] = read(i);
-        const auto& pixels = bytes_[i].pixels;
-        const std::string odd =
-            odd_coverage(std::count(pixels.begin(), pixels.end(), 255), std::ssize(pixels));
+        const std::string odd = odd_mask(bytes_[i]);
         // Labels are told once: all of a film's masks have them.
         const bool tells = odd.empty() && !labels_[i].empty() && !labels_reported_[i];
         if (tells) labels_reported_[i] = true;
         notes_.odd(i, tells ? labels_[i] : odd);
-        undistort_[i].mask(pixels.data(), scratch_, frame.silhouettes[i]);
+        undistort_[i].mask(bytes_[i].pixels.data(), scratch_, frame.silhouettes[i]);
         if (!photos_.empty()) read_color(i, frame.colors[i]);
       } catch (const Error& e) {
         notes_.fail(i, e.what());
