@@ -16,7 +16,7 @@ namespace {
 /// black one does.
 std::string odd_mask(const Image<std::uint8_t>& mask) {
   const auto set = std::count(mask.pixels.begin(), mask.pixels.end(), 255);
-  if (const std::string odd = odd_coverage(set, std::ssize(mask.pixels)); !odd.empty()) return odd;
+  if (std::string odd = odd_coverage(set, std::ssize(mask.pixels)); !odd.empty()) return odd;
   const auto width = static_cast<std::ptrdiff_t>(mask.width_px),
              height = static_cast<std::ptrdiff_t>(mask.height_px);
   std::ptrdiff_t on_rim = 0;
