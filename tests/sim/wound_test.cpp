@@ -319,6 +319,8 @@ TEST(WoundScene, RefusesBleedingByName) {
   expect(key + "    bleeding: {rate_m_s: 0.01, fading_s: -1}\n", "fading_s");
   expect(key + "    bleeding: {rate_m_s: 0.01, fade_s: 1}\n", "fading_s");
   expect(key + "    bleeding: {rate_m_s: 0.01, pulse_per_min: 0}\n", "pulse_per_min");
+  expect(key + "    bleeding: {rate_m_s: 0.01, pulse_share: 0.5}\n",
+         "has no effect, it is for when 'pulse_per_min'");
   expect(key + "    bleeding: {rate_m_s: 0.01, pulse_per_min: 72, pulse_share: 1.5}\n", "pulse_share");
   expect(key + "    bleeding: {rate_m_s: 0.01}\n    contact: false\n", "contact: true");
   expect(key + "    regions: [{kind: sphere, radius_m: 0.1, bleeding: 2}]\n", "no 'bleeding' with a rate");

@@ -198,6 +198,7 @@ void describe_bleeding(FieldVisitor& v, BleedingDescription& b) {
       b.pulse_per_min, positive("1/min", 600), "it flows evenly");
   v.real({"pulse_share", "the rate swings by so much of itself, up and down; its mean stays"}, b.pulse_share,
          {"", 0, 1});
+  v.only_when(b.pulse_per_min.has_value(), "pulse_share", "'pulse_per_min' is given");
 }
 
 void describe_body(FieldVisitor& v, BodyDescription& b) {
