@@ -260,7 +260,7 @@ Scene bleeding_scene() {
   slab.shape.size_m = {0.4, 0.1, 0.2};
   slab.placement.position_m = {0, -0.2, 0};
   slab.material.young_modulus_pa = 200000;
-  slab.bleeding = BleedingDescription{0.05, 0.5};
+  slab.bleeding = BleedingDescription{0.05, 0.5, {}};
   FixedRegion end = slab.fixed[0];
   slab.fixed.clear();
   for (const double side : {-1.0, 1.0}) {

@@ -148,7 +148,7 @@ fluid:
 )",
                               "scenes/x.yaml");
     scene.bodies[0].contact = true;
-    scene.bodies[0].bleeding = BleedingDescription{0.001, {}};
+    scene.bodies[0].bleeding = BleedingDescription{0.001, {}, {}};
     DeviceSet devices("cpu");
     World world(devices, scene, {});
     world.parameters().set("bodies.block.bleeding.rate_m_s", rate_m_s);
