@@ -173,9 +173,11 @@ struct PullSurface {
   }
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float r2_m2, bool near) const {
+    // Loaded whether near or not: a load under a condition keeps a CPU's loop over lanes from SIMD.
+    const float size = load_constant(smooth, j).size, of_other = curvature[j];
     const float shape = SmoothingKernel::shape(tactus::sqrt(r2_m2) * liquid.kernel.inverse_d_1_m);
-    const float w = near ? shape * smooth[j].size : 0.F;
-    own.turns[t] = fma(w, curvature[j], own.turns[t]);
+    const float w = near ? shape * size : 0.F;
+    own.turns[t] = fma(w, of_other, own.turns[t]);
     own.weight[t] += w;
   }
   template <int kLanes>
