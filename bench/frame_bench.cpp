@@ -76,6 +76,7 @@ void add_pool(LiquidDescription& liquid, int particles) {
   pool.max_m.y = pool.min_m.y + (layers + 0.01) * d_m;  // rounding must not take a layer
   pool.max_m.z = pool.min_m.z + particles * d_m * d_m * d_m / (layers * d_m * size_m.x);
   liquid.open = LiquidOpen::none;
+  liquid.film = false;  // which would take the lowest layers: these rows tell what particles cost
   liquid.blocks.push_back({pool, {}});
   liquid.max_particles = std::max(liquid.max_particles, 2 * particles);
 }
