@@ -167,7 +167,7 @@ void Film::move(ExecContext& ctx, std::span<const Move> moves) {
   note_wet(ctx);
 }
 
-void Film::archive(ExecContext& ctx, StateArchive& a) {
+void Film::archive(ExecContext& ctx, StateArchive& a, std::int64_t stain_elsewhere) {
   std::vector<std::int64_t> volume = to_host(ctx, volume_.const_view()),
                             stain = to_host(ctx, stain_.const_view());
   a.values("volumes of film", volume);
@@ -179,7 +179,7 @@ void Film::archive(ExecContext& ctx, StateArchive& a) {
   a.check(std::all_of(stain.begin(), stain.end(), is_volume), "volumes of stains");
   if (!a.reads()) return;
   const std::vector<std::uint64_t> dried{
-      static_cast<std::uint64_t>(std::accumulate(stain.begin(), stain.end(), std::int64_t{0}))};
+      static_cast<std::uint64_t>(std::accumulate(stain.begin(), stain.end(), stain_elsewhere))};
   ctx.upload(stain, stain_.view());
   ctx.upload(dried, dried_.view());
   set_volumes(ctx, volume);

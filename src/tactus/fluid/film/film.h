@@ -47,13 +47,16 @@ class Film {
   std::vector<std::uint8_t> held(ExecContext& ctx, Index vertices) const;
   /// Between frames. Synchronizes. @param volumes in units of kFilmUnit_m3, one per vertex
   void set_volumes(ExecContext& ctx, std::span<const std::int64_t> volumes);
-  /// All that later frames depend on. Synchronizes. @throws Error.
-  void archive(ExecContext& ctx, StateArchive& a);
+  /// All that later frames depend on. Synchronizes. @param stain_elsewhere units that dried here, and are on
+  /// no vertex now @throws Error.
+  void archive(ExecContext& ctx, StateArchive& a, std::int64_t stain_elsewhere = 0);
 
   Index max_vertices() const { return volume_.size(); }
   const FilmLaw& law() const { return law_; }
   /// For those that give the film liquid, after a step. They may take some, too, from vertices of region().
   FilmGains gains() { return {volume_.view(), mark_.view(), near_.view(), {counts_.view()}}; }
+  /// For those that move all of it to other vertices, before a step.
+  FilmStore store() { return {gains(), stain_.view(), change_.view(), height_.view()}; }
   /// In units of kFilmUnit_m3, one per vertex.
   View<const std::int64_t> volumes() const { return volume_.const_view(); }
   /// Volume that dried there.

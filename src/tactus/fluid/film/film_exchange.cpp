@@ -87,7 +87,7 @@ void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface,
   const FilmSkin skin{surface, normals, last_x_m_.const_view(), frame};
   take(ctx, film, skin, search, liquid);
   give(ctx, film, skin, search, liquid);
-  if (!settings_.is_still) start(ctx, surface);
+  if (!settings_.is_still && !settings_.is_new) start(ctx, surface);
 }
 
 void FilmExchange::take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,

@@ -13,6 +13,7 @@ struct FilmExchangeSettings {
   float reach_m = 0;        ///< a particle's nearest vertex is at most so far: d and an edge of the surface
   Index max_particles = 0;  ///< that the liquid has room for
   bool is_still = false;    ///< the surface never moves: its vertices are sorted at the start alone
+  bool is_new = false;      ///< its vertices are others each time: last_places_m() is filled in before run()
 };
 
 /// Between two steps of a liquid that is in one part: particles that touch a surface slowly become film, and
@@ -27,6 +28,8 @@ class FilmExchange {
   void start(ExecContext& ctx, const FilmSurface& surface);
   /// New vertices, where a cut made some: they stand still in the coming frame.
   void add_vertices(ExecContext& ctx, const FilmSurface& surface, Index first, Index end);
+  /// Where the vertices were a frame before.
+  View<Vec3f> last_places_m() { return last_x_m_.view(); }
   /// All that later frames depend on. Synchronizes. @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);
   /// @param normals of the vertices, unit, outward

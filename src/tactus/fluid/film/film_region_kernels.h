@@ -194,4 +194,12 @@ struct ListFilmTriangles {
   }
 };
 
+/// All that a film has of its vertices, for those that move it to others.
+struct FilmStore {
+  FilmGains gains;
+  View<std::int64_t> stain;
+  View<Index> change;
+  View<float> height_m;
+};
+
 }  // namespace tactus
