@@ -112,7 +112,8 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
                  "of what falls through the box, faster by what it begins with");
   v.choice<std::optional<bool>>(
       {"film",
-       "whether liquid that touches a body or an obstacle slowly becomes a film on it, which flows, follows "
+       "whether liquid that touches a body, an obstacle or the real surface slowly becomes a film on it, "
+       "which flows, follows "
        "cuts and obstacles that move, and drips where it is thick; not in a pool, whose liquid it would soak "
        "up; `auto`: where a body bleeds, the solver is dfsph and 'surface_tension_n_m' is > 0"},
       f.film, {{"auto", std::nullopt}, {"true", true}, {"false", false}});

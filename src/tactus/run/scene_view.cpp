@@ -9,6 +9,7 @@
 #include "tactus/run/skin_look.h"
 #include "tactus/run/wall_look.h"
 #include "tactus/run/wet_patch.h"
+#include "tactus/sim/real_film.h"
 #include "tactus/sim/still_obstacles.h"
 #include "tactus/tissue/embedded_surface.h"
 #include "tactus/track/blade_tracker.h"
@@ -226,9 +227,10 @@ void SceneView::turn_to(const ViewAngles& angles) {
   camera_ = view_camera(view, box_m_);
 }
 
-/// Above the obstacle itself.
+/// Above the obstacle itself, or the real surface: photographs have no film, so this wears none.
 void SceneView::show_film(WetObstacle wet) {
-  ViewMesh view{"film on " + wet.name, std::move(wet.mesh), obstacle_material()};
+  const Material below = wet.name == kRealSurfaceName ? clay_material() : obstacle_material();
+  ViewMesh view{"film on " + wet.name, std::move(wet.mesh), below};
   ViewFilm& film = view.film.emplace(dry_film());
   film.film_m = std::move(wet.film.film_m);
   film.stain_m = std::move(wet.film.stain_m);

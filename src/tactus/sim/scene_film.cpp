@@ -1,6 +1,7 @@
 #include "tactus/sim/scene_film.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "tactus/sim/body/body_cuts.h"
 #include "tactus/tissue/embedded_surface.h"
@@ -52,25 +53,31 @@ FilmSurface SceneFilm::surface_of(const SoftBody* body) const {
           s.corner_buffer(), s.incident().ranges(), s.incident().values()};
 }
 
+FilmSettings SceneFilm::film_settings() const {
+  const LiquidSettings& liquid = liquid_.settings();
+  return {.density_kg_m3 = liquid.density_kg_m3,
+          .viscosity_Pa_s = std::max(liquid.viscosity_Pa_s, 1e-6F),
+          .surface_tension_N_m = liquid.surface_tension_N_m,
+          .contact_angle_deg = liquid.contact_angle_deg,
+          .drying_m_s = drying_m_s_};
+}
+
+FilmExchangeSettings SceneFilm::exchange_settings() const {
+  const LiquidSettings& liquid = liquid_.settings();
+  return {
+      .spacing_m = liquid.spacing_m, .gravity_m_s2 = gravity_m_s2_, .max_particles = liquid.max_particles};
+}
+
 SceneFilm::Coat& SceneFilm::add_coat(const FilmSurface& surface, Index most_incident, float reach_m,
                                      Index vertices, bool is_still) {
-  const LiquidSettings& liquid = liquid_.settings();
   Coat& coat = coats_.emplace_back();
   coat.vertices = vertices;
-  coat.film = std::make_unique<Film>(ctx_,
-                                     FilmSettings{.density_kg_m3 = liquid.density_kg_m3,
-                                                  .viscosity_Pa_s = std::max(liquid.viscosity_Pa_s, 1e-6F),
-                                                  .surface_tension_N_m = liquid.surface_tension_N_m,
-                                                  .contact_angle_deg = liquid.contact_angle_deg,
-                                                  .drying_m_s = drying_m_s_},
-                                     surface.vertices.capacity, surface.triangles.capacity, most_incident);
-  coat.exchange = std::make_unique<FilmExchange>(ctx_,
-                                                 FilmExchangeSettings{.spacing_m = liquid.spacing_m,
-                                                                      .gravity_m_s2 = gravity_m_s2_,
-                                                                      .reach_m = reach_m,
-                                                                      .max_particles = liquid.max_particles,
-                                                                      .is_still = is_still},
-                                                 *coat.film);
+  coat.film = std::make_unique<Film>(ctx_, film_settings(), surface.vertices.capacity,
+                                     surface.triangles.capacity, most_incident);
+  FilmExchangeSettings exchange = exchange_settings();
+  exchange.reach_m = reach_m;
+  exchange.is_still = is_still;
+  coat.exchange = std::make_unique<FilmExchange>(ctx_, exchange, *coat.film);
   if (is_still)
     coat.exchange->start(ctx_, surface);
   else
@@ -96,6 +103,11 @@ void SceneFilm::add_obstacles(std::span<const ObstacleDescription> obstacles, st
            liquid.spacing_m + obstacles_->edge_m(), obstacles_->vertex_count(), !obstacles_->move());
 }
 
+void SceneFilm::add_real(const RealSurface& real, std::function<MeshView()> mesh, float cell_m) {
+  real_ =
+      std::make_unique<RealFilm>(ctx_, film_settings(), exchange_settings(), cell_m, real, std::move(mesh));
+}
+
 void SceneFilm::place_obstacles(std::span<const Rigidd> T_world) {
   if (obstacles_) obstacles_->place(ctx_, T_world);
 }
@@ -103,6 +115,7 @@ void SceneFilm::place_obstacles(std::span<const Rigidd> T_world) {
 void SceneFilm::set_gravity(Vec3d gravity_m_s2) {
   gravity_m_s2_ = puddle_gravity_m_s2(gravity_m_s2);
   for (Coat& coat : coats_) coat.exchange->set_gravity_m_s2(gravity_m_s2_, *coat.film);
+  if (real_) real_->set_gravity_m_s2(gravity_m_s2_);
 }
 
 void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
@@ -112,6 +125,7 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
               .updates = {"liquid"},
               .submit = [this, &frame = schedule.frame()](BlockPlace) {
                 for (Coat& coat : coats_) run(coat, frame.view(0));
+                if (real_) real_->run(frame.view(0), liquid_);
               }};
   for (Coat& coat : coats_) {
     if (coat.body != nullptr) stage.reads_last.push_back(coat.body->resources().surface);
@@ -119,6 +133,14 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
     coat.ledger = readback.add(coat.exchange->ledger());
   }
   schedule.add(std::move(stage));
+  if (!real_) return;
+  real_->add_readback(readback);
+  schedule.add({.name = "liquid/carry film",
+                .timed_as = "film",
+                .rate = Rate::capture,
+                .updates = {"liquid"},
+                .reads = {"surface/samples"},
+                .submit = [this](BlockPlace) { real_->carry(); }});
 }
 
 void SceneFilm::run(Coat& coat, View<const FrameParams> frame) {
@@ -141,6 +163,7 @@ SceneFilmReport SceneFilm::report(const Readback& readback) const {
     all.taken += ledger.taken;
     all.given += ledger.given;
   }
+  if (real_) real_->add_report(readback, all);
   return all;
 }
 
@@ -165,6 +188,7 @@ void SceneFilm::archive(StateArchive& a) {
     coat.exchange->archive(ctx_, a);
     if (a.reads() && coat.body != nullptr) coat.body->update_surface(ctx_);
   }
+  if (real_) real_->archive(a);
 }
 
 FilmThickness SceneFilm::thickness(const SoftBody& body, const TriangleMesh& surface) const {
@@ -179,7 +203,13 @@ FilmThickness SceneFilm::thickness(const SoftBody& body, const TriangleMesh& sur
 
 std::vector<WetObstacle> SceneFilm::wet_obstacles(std::span<const Rigidd> T_world) const {
   std::vector<WetObstacle> all;
-  if (!obstacles_ || obstacles_->empty()) return all;
+  if (obstacles_ && !obstacles_->empty()) add_wet_obstacles(T_world, all);
+  if (!real_) return all;
+  if (WetObstacle wet = real_->wet(); !wet.mesh.triangles.empty()) all.push_back(std::move(wet));
+  return all;
+}
+
+void SceneFilm::add_wet_obstacles(std::span<const Rigidd> T_world, std::vector<WetObstacle>& all) const {
   const Film& film = *coats_.back().film;
   for (const FilmObstacles::Part& part : obstacles_->parts()) {
     const auto of_part = [&](const View<const std::int64_t>& units) {
@@ -194,7 +224,6 @@ std::vector<WetObstacle> SceneFilm::wet_obstacles(std::span<const Rigidd> T_worl
     }
     all.push_back(std::move(wet));
   }
-  return all;
 }
 
 }  // namespace tactus

@@ -1,5 +1,6 @@
 #pragma once
 /// The films of a scene's liquid on its bodies and obstacles, in the frame.
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "tactus/frame/schedule.h"
 #include "tactus/sim/body/soft_body.h"
 #include "tactus/sim/film_obstacles.h"
+#include "tactus/sim/real_film.h"
 
 namespace tactus {
 
@@ -18,9 +20,9 @@ namespace tactus {
 /// open and a body bleeds, with DFSPH and surface tension that holds the film's edge.
 bool has_film(const Scene& scene);
 
-/// Owns a film on each body that it is given, and one on obstacles, on the first device. Once a frame, before
-/// its substeps, a film flows on the body's surface as the last frame left it; then particles and film
-/// exchange. Cuts come between frames.
+/// Owns a film on each body that it is given, one on obstacles and one on the real surface, on the first
+/// device. Once a frame, before its substeps, a film flows on the body's surface as the last frame left it;
+/// then particles and film exchange. Cuts come between frames, new meshes of the real surface with images.
 class SceneFilm {
  public:
   SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid);
@@ -28,6 +30,8 @@ class SceneFilm {
   void add_body(SoftBody& body);
   /// And on the floor of the liquid's box. @param notices for those that are too large
   void add_obstacles(std::span<const ObstacleDescription> obstacles, std::vector<Notice>& notices);
+  /// Both must outlive this. @param mesh of the real surface: views that stay @param cell_m its voxels
+  void add_real(const RealSurface& real, std::function<MeshView()> mesh, float cell_m);
   /// Before a frame. @param T_world of the obstacles that move, at the end of the last frame
   void place_obstacles(std::span<const Rigidd> T_world);
   /// Between frames. A recorded frame must be recorded anew.
@@ -42,7 +46,8 @@ class SceneFilm {
 
   /// The film and stain on a body. Synchronizes. @param surface of the body now
   FilmThickness thickness(const SoftBody& body, const TriangleMesh& surface) const;
-  /// Obstacles on which something lies. Synchronizes. @param T_world of those that move, now
+  /// Obstacles on which something lies, and the real surface if it does there. Synchronizes. @param T_world
+  /// of those that move, now
   std::vector<WetObstacle> wet_obstacles(std::span<const Rigidd> T_world) const;
 
  private:
@@ -57,13 +62,17 @@ class SceneFilm {
   FilmSurface surface_of(const SoftBody* body) const;
   Coat& add_coat(const FilmSurface& surface, Index most_incident, float reach_m, Index vertices,
                  bool is_still);
+  FilmSettings film_settings() const;
+  FilmExchangeSettings exchange_settings() const;
   void run(Coat& coat, View<const FrameParams> frame);
+  void add_wet_obstacles(std::span<const Rigidd> T_world, std::vector<WetObstacle>& all) const;
 
   ExecContext& ctx_;
   Liquid& liquid_;
   float gravity_m_s2_, drying_m_s_;
   std::vector<Coat> coats_;
   std::unique_ptr<FilmObstacles> obstacles_;  ///< those of the coat without a body
+  std::unique_ptr<RealFilm> real_;
 };
 
 }  // namespace tactus

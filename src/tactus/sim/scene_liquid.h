@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tactus/contact/contact_on_devices.h"
@@ -37,6 +38,10 @@ class SceneLiquid {
   SceneLiquid(DeviceSet& devices, const Scene& scene, const std::vector<std::unique_ptr<SoftBody>>& bodies,
               std::span<const ObstacleDescription> obstacles);
 
+  /// Before add_stages(): the liquid wets the real surface, as SceneFilm::add_real.
+  void wet_real(const RealSurface& real, std::function<MeshView()> mesh, float cell_m) {
+    if (film_) film_->add_real(real, std::move(mesh), cell_m);
+  }
   /// How many devices the liquid of a scene is on; 0 when it has none.
   static int part_count(const DeviceSet& devices, const Scene& scene);
   /// After the stages of the bodies. `world`, which is on as many devices, and this must outlive the

@@ -123,6 +123,10 @@ World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& asse
   if (perception != nullptr) report_far_bodies(scene, bodies_, perception->workspace_m(), start_notices_);
   if (scene.fluid)
     liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));
+  if (liquid_ && perception != nullptr)
+    liquid_->wet_real(
+        colliders_.first().surface, [perception] { return perception->impl().surface(); },
+        perception->voxel_size_m());
   add_stages();
   add_parameters();
   schedule_.close();

@@ -70,6 +70,33 @@ struct FitState {
   MeasuredMotions measured;  ///< of the previous component
 };
 
+/// Which component each vertex of the last update's mesh is of, and how components moved until then and move
+/// from there.
+struct VertexMotions {
+  View<const std::uint32_t> parent;  ///< of the forest of vertices
+  View<const Index> number;          ///< of a root's component
+  View<const SurfaceComponents> before, now;
+  View<const SurfaceMotion> motion;
+  View<const FitState> fit;
+  TACTUS_HD Index component(Index v) const {
+    if (now[0].mixed == 0) return 0;
+    auto root = static_cast<Index>(parent[v]);
+    for (auto next = static_cast<Index>(parent[root]); next != root; next = static_cast<Index>(parent[root]))
+      root = next;
+    return max(number[root], Index(0));
+  }
+  /// From where component q of the update before was to where it is now, as registered; one that is lost, or
+  /// jumped, stays. A motion that is too slow to be told from noise counts, too: over many frames its sum is
+  /// right, and that of nothing isn't.
+  TACTUS_HD Rigidf since_before(Index q) const {
+    const Rigidf stays{Mat3f::identity(), {}};
+    if (q < 0 || q >= before[0].count) return stays;
+    const Index k = before[0].component[q].next;
+    if (k < 0 || k >= now[0].count || motion[k].source == MotionSource::too_fast) return stays;
+    return fit[k].previous == q && fit[k].previous_points > 0 ? fit[k].pose : stays;
+  }
+};
+
 /// Partial sums of one group of points: upper triangle of J^T J (21), J^T e (6), e², matched, |arm|².
 struct FitSums {
   static constexpr int kSize = 30;

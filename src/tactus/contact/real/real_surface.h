@@ -51,6 +51,11 @@ class RealSurface {
   /// The component of each of the last update's first `vertices` vertices; kNoComponent: one that is too
   /// small to have a motion of its own. Synchronizes.
   std::vector<Index> vertex_components(ExecContext& ctx, Index vertices) const;
+  /// The same for kernels.
+  VertexMotions vertex_motions() const {
+    return {parent_.const_view(),     component_number_.const_view(), last_components_.const_view(),
+            components_.const_view(), motions_.const_view(),          fit_.const_view()};
+  }
   /// There is no surface yet. Asynchronous.
   void clear(ExecContext& ctx);
   /// Archives the state that can't be made from the last frame's mesh: labels and motions of its components.
