@@ -52,6 +52,74 @@ TEST_F(FirstTries, ABodyThatEndsCrushedIsTold) {
   EXPECT_EQ(light.text.find("crushed"), std::string::npos) << light.text;
 }
 
+/// Soft matter gives way where it is high: told before the first frame, with a modulus that does. Five cubes
+/// of 1 kg weigh 49.05 N on 0.01 m^2, 4905 Pa. A column of height H and weight W, w wide, buckles below
+/// E = 12 W H^2 / (7.84 w^2 A) (Greenhill): with W = 19.6 N, H = 0.2 m that is 12.0 kPa for two cubes; times
+/// 1.3 and 1.25, upwards to two digits, 20 kPa is advised, which is silent.
+TEST_F(FirstTries, BodiesTooSoftForTheirWeightAreTold) {
+  const auto told = [&](int cubes, const std::string& size, const std::string& material) {
+    const double height_m = size.empty() ? 0.1 : 0.5;
+    std::string text =
+        "source: {kind: none, frames: 0-1}\nobstacles:\n  - {name: floor, kind: plane}\nbodies:\n";
+    for (int k = 0; k < cubes; ++k)
+      text += "  - {name: c" + std::to_string(k) +
+              ", shape: {kind: box, size_m: " + (size.empty() ? "[0.1, 0.1, 0.1]" : size) +
+              "}, placement: {position_m: [0, " + std::to_string((k + 0.5) * height_m) +
+              ", 0]}, spacing_m: 0.05, material: {" + material + "}}\n";
+    return run_tactus("run " + write("h.yaml", text) + " --devices cpu --view none").text;
+  };
+  const std::string five = told(5, "", ""), two = told(2, "", ""), block = told(1, "[1, 0.5, 1]", "");
+  EXPECT_NE(
+      five.find("body 'c0' and the 4 bodies on it weigh 4905 Pa at its foot, 49 % of its 'young_modulus_pa' "
+                "of 10000"),
+      std::string::npos)
+      << five;
+  EXPECT_EQ(five.find("body 'c1' and"), std::string::npos) << five;
+  EXPECT_NE(two.find("body 'c0' and the body on it are a column 0.2 m high and 0.1 m wide"),
+            std::string::npos)
+      << two;
+  EXPECT_NE(two.find("take a 'young_modulus_pa' of at least 20000\n"), std::string::npos) << two;
+  EXPECT_NE(block.find("body 'c0' weighs 4905 Pa at its foot"), std::string::npos) << block;
+  EXPECT_NE(block.find("at least 21000\n"), std::string::npos) << block;  // 4905 / 0.3 * 1.25 = 20.4 kPa
+  for (const std::string& silent :
+       {told(1, "", ""), told(2, "", "young_modulus_pa: 20000"),
+        told(1, "[1, 0.5, 1]", "young_modulus_pa: 21000"), told(1, "[1, 0.5, 1]", "model: tled")})
+    EXPECT_EQ(silent.find("warning"), std::string::npos) << silent;
+}
+
+/// A cube beside its tray falls 20 of its sizes, 2 m, in 0.64 s; one on it doesn't.
+TEST_F(FirstTries, ABodyThatMissesItsTrayIsToldOnce) {
+  const std::string file = write("f.yaml",
+                                 "source: {kind: none, frames: 0-29}\nbodies:\n  - {name: beside, shape: "
+                                 "{kind: box, size_m: [0.1, 0.1, 0.1]}, "
+                                 "placement: {position_m: [0.4, 0.1, 0]}, spacing_m: 0.05}\n  - {name: upon, "
+                                 "shape: {kind: box, size_m: [0.1, "
+                                 "0.1, 0.1]}, placement: {position_m: [0, 0.07, 0]}, spacing_m: "
+                                 "0.05}\nobstacles:\n  - {name: tray, kind: box, "
+                                 "size_m: [0.3, 0.02, 0.3]}\n");
+  const Outcome o = run_tactus("run " + file + " --devices cpu --view none");
+  EXPECT_EQ(o.code, 0) << o.text;
+  const auto at = o.text.find("body 'beside' falls for ever: its centre is at (0.4, -2");
+  EXPECT_NE(at, std::string::npos) << o.text;
+  EXPECT_EQ(o.text.find("for ever", at + 25), std::string::npos) << o.text;
+}
+
+/// One message for what is no format that is known, and which other kind of shape a known one is.
+TEST_F(FirstTries, FilesOfUnknownFormatsAreToldAllThatAre) {
+  write("a.plyy", "ply\n");
+  expect_refused(
+      "info " + path("a.plyy"), 1,
+      {"a.plyy: no mesh and no label volume", "NIfTI (.nii, .nii.gz)", ".stl", "did you mean '.ply'?"});
+  const auto body = [&](const std::string& kind, const std::string& file) {
+    write(file, "nothing\n");
+    return "run " + write("b.yaml", "source: {kind: none}\nbodies:\n  - {name: a, shape: {kind: " + kind +
+                                        ", path: " + file + "}}\n");
+  };
+  expect_refused(body("mesh", "l.nii.gz"), 2,
+                 {"l.nii.gz", "a label volume is a body's shape with 'kind: labels'"});
+  expect_refused(body("labels", "m.ply"), 1, {"m.ply", "a mesh is a body's shape with 'kind: mesh'"});
+}
+
 /// A tetrahedron with triangles that are clockwise from outside holds a block as one that isn't.
 TEST_F(FirstTries, AnObstacleThatFacesInwardsIsTurned) {
   const std::string corners = "v -1 0 -1\nv 1 0 -1\nv 0 0 1\nv 0 -1 0\n";

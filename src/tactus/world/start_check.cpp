@@ -31,24 +31,6 @@ float box_distance_m(Vec3f p, Vec3f half_m) {
   return std::max({out.x, out.y, out.z});  // right inside; outside only its sign counts
 }
 
-/// Box round an obstacle; none: it may be everywhere.
-std::optional<Box3f> box_of(const ObstacleDescription& o) {
-  if (o.kind == ObstacleKind::plane) return {};
-  const TriangleMesh& mesh = o.mesh;
-  Box3f box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
-  const auto add = [&](Vec3f p) {
-    const Vec3f q = o.T_world_obstacle * p;
-    box = {min(box.min, q), max(box.max, q)};
-  };
-  if (o.kind == ObstacleKind::mesh)
-    for (const Vec3f p : mesh.positions_m) add(p);
-  else
-    for (int corner = 0; corner < 8; ++corner)
-      add({(corner & 1) != 0 ? o.half_m.x : -o.half_m.x, (corner & 2) != 0 ? o.half_m.y : -o.half_m.y,
-           (corner & 4) != 0 ? o.half_m.z : -o.half_m.z});
-  return box;
-}
-
 Distance distance_to(const ObstacleDescription& o) {
   const Rigidf back = inverse(o.T_world_obstacle);
   if (o.kind == ObstacleKind::plane) return [back](Vec3f p_m) { return (back * p_m).y; };
@@ -96,6 +78,23 @@ void report(const SoftBody& body, const std::string& in, const Overlap& found, s
 }
 
 }  // namespace
+
+std::optional<Box3f> box_of(const ObstacleDescription& o) {
+  if (o.kind == ObstacleKind::plane) return {};
+  const TriangleMesh& mesh = o.mesh;
+  Box3f box{{1e30F, 1e30F, 1e30F}, {-1e30F, -1e30F, -1e30F}};
+  const auto add = [&](Vec3f p) {
+    const Vec3f q = o.T_world_obstacle * p;
+    box = {min(box.min, q), max(box.max, q)};
+  };
+  if (o.kind == ObstacleKind::mesh)
+    for (const Vec3f p : mesh.positions_m) add(p);
+  else
+    for (int corner = 0; corner < 8; ++corner)
+      add({(corner & 1) != 0 ? o.half_m.x : -o.half_m.x, (corner & 2) != 0 ? o.half_m.y : -o.half_m.y,
+           (corner & 4) != 0 ? o.half_m.z : -o.half_m.z});
+  return box;
+}
 
 const Scene& checked(const Scene& scene, const BodyAssets& assets) {
   const auto at_least_1 = [](const std::string& field, int value) {

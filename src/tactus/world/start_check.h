@@ -2,6 +2,7 @@
 /// Looks at a scene before its first frame: values that would end a world, and bodies and obstacles that lie
 /// in one another. Contact would push those apart at once, which looks like an explosion and is seldom meant.
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace tactus {
 /// @returns the scene @throws usage Error naming the field, its value and the range; likewise for a
 /// mesh or label volume that `assets` lacks.
 const Scene& checked(const Scene& scene, const BodyAssets& assets);
+
+/// Box round an obstacle at its placement; none: it is a plane.
+std::optional<Box3f> box_of(const ObstacleDescription& obstacle);
 
 /// A warning for each body of which more than 5 % lies in an obstacle, or in a body that it touches. Nodes
 /// that are fixed or moved don't count: they may be anywhere.

@@ -12,6 +12,7 @@
 #include "tactus/sim/body/slab_points.h"
 #include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/world/start_check.h"
+#include "tactus/world/weight_check.h"
 
 namespace tactus {
 namespace {
@@ -120,6 +121,8 @@ World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& asse
       log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
   }
   start_notices_ = overlaps_at_start(scene, bodies_, still_ones(obstacle_descriptions(scene, assets)));
+  for (Notice& notice : heavy_bodies(scene, bodies_)) start_notices_.push_back(std::move(notice));
+  fall_watch_ = make_fall_watch(touched_obstacles(scene, assets, perception));
   if (perception != nullptr) report_far_bodies(scene, bodies_, perception->workspace_m(), start_notices_);
   if (scene.fluid)
     liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));

@@ -24,6 +24,7 @@
 #include "tactus/tissue/substep_choice.h"
 #include "tactus/world/contact_log.h"
 #include "tactus/world/energy_watch.h"
+#include "tactus/world/fall_watch.h"
 #include "tactus/world/obstacle_watch.h"
 #include "tactus/world/scene_parameters.h"
 #include "tactus/world/world.h"
@@ -122,6 +123,8 @@ struct World::Impl {
   double surface_m_s(const SoftBody& body, double seconds) const;
   // world_watch.cpp
   EnergyWatch make_energy_watch() const;
+  FallWatch make_fall_watch(std::span<const ObstacleDescription> obstacles) const;
+  std::string falls_for_ever(std::size_t body, const StepReport& report);
   void note_contact(const ContactReport& contact);
   std::string gained_energy();
   ObstacleWatch::Surface surface_of(const SoftBody& body) const;
@@ -188,6 +191,7 @@ struct World::Impl {
   Vec3d grabbed_at_m_;       ///< the nearest vertex, when it was grabbed
   ObstacleWatch obstacle_watch_;
   EnergyWatch energy_watch_;
+  FallWatch fall_watch_;
   ContactLog contact_log_;
   /// Bodies are looked for in other things that move once in so many frames: they stay there for some.
   static constexpr int kFramesToWatch = 10;

@@ -43,6 +43,27 @@ EnergyWatch World::Impl::make_energy_watch() const {
   return {std::move(bodies), scene_.gravity_m_s2};
 }
 
+/// Where there are no obstacles, it was told at the start that all will fall.
+FallWatch World::Impl::make_fall_watch(std::span<const ObstacleDescription> obstacles) const {
+  if (scene_.obstacles.empty()) return {};
+  std::vector<Box3f> boxes_m;
+  for (const auto& body : bodies_) boxes_m.push_back(bounds(body->shape().surface_m));
+  if (perception_ != nullptr) boxes_m.push_back(perception_->workspace_m());
+  return {obstacles, boxes_m, scene_.gravity_m_s2};
+}
+
+/// What is carried down, or slides down a slope, touches something.
+std::string World::Impl::falls_for_ever(std::size_t body, const StepReport& report) {
+  const BodyDescription& of = scene_.bodies[body];
+  if (!of.fixed.empty() || !of.moved.empty() || (grab_ && grabbed_ == body)) return "";
+  if (std::any_of(report.contacts.begin(), report.contacts.end(),
+                  [&](const BodyContact& c) { return c.body == of.name; }))
+    return "";
+  const RigidMotion& motion = bodies_[body]->status().motion;
+  const Vec3d size_m = motion.high_m - motion.low_m;
+  return fall_watch_.follow(of.name, motion.center_m, std::max({size_m.x, size_m.y, size_m.z}));
+}
+
 /// The work of the real object or a tool is summed up nowhere.
 void World::Impl::note_contact(const ContactReport& contact) {
   const auto still = static_cast<Index>(scene_.obstacles.size());
@@ -105,7 +126,9 @@ void World::Impl::watch_bodies(StepReport& report) {
   if (report.substeps == 0) return;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const SoftBody& body = *bodies_[b];
-    if (!body.description().contact || body.status().is_frozen) continue;
+    if (body.status().is_frozen) continue;
+    warn("body.falls", falls_for_ever(b, report), FallWatch::kRemedy);
+    if (!body.description().contact) continue;
     warn("body.in_obstacle",
          obstacle_watch_.follow(body.name(), body.status().motion.center_m, surface_of(body)),
          ObstacleWatch::kRemedy);
