@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tactus/base/base64.h"
+#include "tactus/base/camera_lines.h"
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/free_memory.h"
@@ -105,6 +106,21 @@ TEST(FreeMemory, IsAPartOfTheMemory) {
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   EXPECT_GT(free_memory_bytes(), 1e6);
   EXPECT_LT(free_memory_bytes(), all);
+}
+
+TEST(CameraLines, SayTheSameOfSeveralInOne) {
+  const std::string text =
+      "slow; camera 'a': a_7.png is 3 % off; camera 'b': black; camera 'c': c_18.png is 40 % off; camera "
+      "'d': "
+      "black; camera 'e': white";
+  EXPECT_EQ(grouped_camera_lines(text),
+            (std::vector<std::string>{"slow", "camera 'a': a_7.png is 3 % off; likewise 'c'",
+                                      "camera 'b': black; likewise 'd'", "camera 'e': white"}));
+  EXPECT_EQ(grouped_camera_lines("frame 1; frame 2"), std::vector<std::string>{"frame 1; frame 2"});
+  EXPECT_EQ(grouped_camera_lines(""), std::vector<std::string>{""});
+  // A camera may be called by a number, or by a word of the text.
+  EXPECT_EQ(grouped_camera_lines("camera '1': dark; camera 'dark': dark"),
+            (std::vector<std::string>{"camera '1': dark", "camera 'dark': dark"}));
 }
 
 }  // namespace

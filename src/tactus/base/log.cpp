@@ -29,7 +29,7 @@ void set_log_level(LogLevel level) {
 }
 LogLevel log_level() { return current_level; }
 void log_warning(std::string_view message) {
-  for (const std::string_view line : camera_lines(message)) logger().warn("{}", printable(line));
+  for (const std::string& line : grouped_camera_lines(message)) logger().warn("{}", printable(line));
 }
 void log_info(std::string_view message) { logger().info("{}", printable(message)); }
 void log_debug(std::string_view message) { logger().debug("{}", printable(message)); }

@@ -17,6 +17,7 @@
 #include "tactus/rig/rig_file.h"
 #include "tactus/rig/sources/data_sources.h"
 #include "tactus/rig/wire/recording_file.h"
+#include "tactus/run/frame_sink.h"
 
 namespace tactus {
 namespace {
@@ -44,6 +45,7 @@ struct Evidence {
   std::vector<std::string> lines;
   std::vector<DoctorFinding> findings;
   bool metric = false;  ///< some of it has a length, and agrees
+  bool depth = false;   ///< that of a depth camera, which knows the size of the object itself
 };
 
 SourceKind kind_of(const DoctorOptions& options) {
@@ -169,7 +171,7 @@ void weigh_depth(const FrameSource& source, const FrameSet& frame, double mean_r
                                                 frame.depths_m[d], rig.workspace_m);
     if (odd.empty()) {
       evidence.lines.push_back("depth of camera '" + rig.depth_cameras[d].name + "' agrees with the hull");
-      evidence.metric = true;
+      evidence.metric = evidence.depth = true;
     } else {
       evidence.findings.push_back(
           {-1, -1, "depth contradicts the silhouettes", odd, mean_recall, mean_recall});
@@ -245,6 +247,11 @@ void write_fixed(const std::string& folder, const Diagnosis& d, const Box3f& wor
 void add_evidence(Evidence evidence, bool had_distances, DoctorReport& report) {
   Diagnosis& d = report.diagnosis;
   report.evidence = std::move(evidence.lines);
+  if (!evidence.metric && !had_distances && d.verdict != Verdict::faulty)
+    report.evidence.emplace_back(
+        "not checked: the scale, which silhouettes don't show. Measure a distance between two cameras "
+        "(--distance "
+        "CAMERA CAMERA METRES), or an object and its hull");
   for (DoctorFinding& f : evidence.findings) {
     d.findings.push_back(f);
     if (d.verdict == Verdict::faulty) continue;
@@ -254,7 +261,8 @@ void add_evidence(Evidence evidence, bool had_distances, DoctorReport& report) {
                 : f.fault;
     d.help.clear();
   }
-  if (d.verdict == Verdict::unsure && evidence.metric) {
+  // Distances between cameras say nothing of their lenses.
+  if (d.verdict == Verdict::unsure && evidence.metric && (evidence.depth || !doubts_focal_lengths(d))) {
     d.verdict = Verdict::well;
     d.why = "the silhouettes agree, and so does the metric evidence";
     d.help.clear();
@@ -275,11 +283,12 @@ DoctorReport examine(const DoctorOptions& options) {
     throw usage_error(std::string("--corners needs a rig file: a folder of '") + word_of(kind) +
                       "' has no lenses");
   FrameSet frame, first;
+  RunNotices notices;  // says each line once, not for each tick
   while (input.ticks.size() < kTicks) {
     const NextFrame next = source->next(frame);
     if (next == NextFrame::no_more_data) break;
     if (next != NextFrame::success) continue;
-    if (!source->status().empty()) log_warning(source->status());
+    notices.note(source->status());
     if (input.ticks.empty()) first = frame;
     input.ticks.push_back(frame.silhouettes);
   }

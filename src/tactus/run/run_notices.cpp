@@ -9,11 +9,14 @@ namespace tactus {
 
 void RunNotices::note(const std::string& status, Severity severity) {
   // Each line of a camera is logged once, also when lines of other cameras change.
+  std::string fresh;
   for (const std::string_view line : camera_lines(status)) {
     if (line.empty() || std::find(statuses_.begin(), statuses_.end(), line) != statuses_.end()) continue;
     statuses_.emplace_back(line);
-    severity == Severity::info ? log_info(line) : log_warning(line);
+    fresh.append(fresh.empty() ? "" : "; ").append(line);
   }
+  if (fresh.empty()) return;
+  severity == Severity::info ? log_info(fresh) : log_warning(fresh);
 }
 
 void RunNotices::note(const Notice& notice) {

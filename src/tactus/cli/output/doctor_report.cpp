@@ -6,6 +6,7 @@
 #include <functional>
 #include <sstream>
 
+#include "tactus/base/camera_lines.h"
 #include "tactus/base/safe_file.h"
 
 namespace tactus {
@@ -162,10 +163,20 @@ nlohmann::json doctor_json(const DoctorReport& report) {
 
 void print_doctor(const DoctorReport& report) {
   const Diagnosis& d = report.diagnosis;
+  // Findings that differ in cameras and numbers alone are told together.
+  std::vector<std::string> kinds, told;
   for (const DoctorFinding& f : d.findings) {
-    std::printf("%s: %s (recall %.3f, cured %.3f)\n  cure: %s\n", camera_name(report, f).c_str(),
-                f.fault.c_str(), f.recall_before, f.recall_after, f.cure.c_str());
+    const std::string name = camera_name(report, f), kind = kind_of_line(f.fault + f.cure);
+    const auto known = static_cast<std::size_t>(std::find(kinds.begin(), kinds.end(), kind) - kinds.begin());
+    if (known < kinds.size() && f.camera >= 0 && f.other < 0) {
+      told[known] += (told[known].ends_with('\n') ? "  likewise: " : ", ") + name;
+      continue;
+    }
+    kinds.push_back(kind);
+    told.push_back(name + ": " + f.fault + " (recall " + number(f.recall_before, "%.3f") + ", cured " +
+                   number(f.recall_after, "%.3f") + ")\n  cure: " + f.cure + "\n");
   }
+  for (const std::string& text : told) std::printf("%s%s", text.c_str(), text.ends_with('\n') ? "" : "\n");
   for (const std::string& line : report.evidence) std::printf("%s\n", line.c_str());
   std::printf("%.1f %% of the workspace is seen by fewer than three cameras\n", 100 * report.seen_by_few);
   std::printf("verdict: %s; %s\n", verdict_name(d.verdict), d.why.c_str());

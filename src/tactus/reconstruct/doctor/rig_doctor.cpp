@@ -22,6 +22,10 @@ bool Examination::cameras_stand_within() const {
   return 2 * within > used_.size();
 }
 
+namespace {
+constexpr const char* kFocalFault = "focal length";
+}
+
 /// The finding of frontier points about focal lengths. @param cured out: the cameras with the better focal
 /// lengths
 std::optional<DoctorFinding> Examination::focal_finding(std::vector<Camera>& cured) const {
@@ -40,7 +44,7 @@ std::optional<DoctorFinding> Examination::focal_finding(std::vector<Camera>& cur
   DoctorFinding finding{
       fit->view < 0 ? -1 : static_cast<int>(used_[static_cast<std::size_t>(fit->view)]),
       -1,
-      "focal length",
+      kFocalFault,
       fit->text(cameras) + ": multiply fx and fy by " + number(fit->factor, "%.3f") + " (" +
           number(2 * fit->deviation, "%.3f") +
           " at 2 sigma), or calibrate the lens again with pictures of the film's size and zoom",
@@ -150,11 +154,20 @@ void Examination::check_workspace(const Agreement& after) {
 void Examination::decide(const Agreement& after) {
   const bool faulty = std::any_of(diagnosis_.findings.begin(), diagnosis_.findings.end(),
                                   [](const DoctorFinding& f) { return f.is_fault; });
-  diagnosis_.verdict = faulty                             ? Verdict::faulty
-                       : used_.size() >= kDeterminedViews ? Verdict::well
-                                                          : Verdict::unsure;
+  const bool doubts = doubts_focal_lengths(diagnosis_);
+  diagnosis_.verdict = faulty                                        ? Verdict::faulty
+                       : used_.size() >= kDeterminedViews && !doubts ? Verdict::well
+                                                                     : Verdict::unsure;
   if (faulty) {
     diagnosis_.why = "something is wrong";
+  } else if (doubts) {
+    diagnosis_.why =
+        "the silhouettes agree, but better with other focal lengths; poses that are a little wrong look "
+        "alike";
+    diagnosis_.help =
+        "an object of known size: its hull is too large or too small by as much as focal lengths are; or a "
+        "depth "
+        "camera";
   } else if (diagnosis_.verdict == Verdict::well) {
     diagnosis_.why = "the silhouettes of " + std::to_string(used_.size()) + " views agree (recall " +
                      number(after.mean, "%.3f") + ", at least " + number(after.least, "%.3f") + ")";
@@ -190,6 +203,11 @@ Diagnosis examine_rig(const DoctorInput& input, const DoctorLimits& limits) {
 std::string common_slip(const DoctorInput& input, const DoctorLimits& limits) {
   const std::optional<DoctorFinding> slip = Examination(input, limits).common_slip();
   return slip ? slip->fault + "; " + slip->cure : "";
+}
+
+bool doubts_focal_lengths(const Diagnosis& diagnosis) {
+  return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
+                     [](const DoctorFinding& f) { return f.fault == kFocalFault && !f.is_fault; });
 }
 
 const char* verdict_name(Verdict verdict) {

@@ -60,6 +60,10 @@ Diagnosis examine_rig(const DoctorInput& input, const DoctorLimits& limits = {})
 /// they agree, or none does.
 std::string common_slip(const DoctorInput& input, const DoctorLimits& limits = {});
 
+/// Whether other focal lengths would fit better by so little that poses may be the cause: nothing that
+/// silhouettes say decides it.
+bool doubts_focal_lengths(const Diagnosis& diagnosis);
+
 /// "well", "faulty", "unsure"
 const char* verdict_name(Verdict verdict);
 

@@ -81,22 +81,22 @@ class Examination {
   Diagnosis run() {
     const Agreement before = agreement(views(), kFine);
     diagnosis_.recall_before = full(before);
-    bool explained = before.is_consistent(limits_);
+    bool explained = (turn_inverted_masks() ? agreement(views(), kFine) : before).is_consistent(limits_);
     if (explained) find_holes();
     if (explained) check_focal_lengths();
     if (!explained && used_.size() >= 3)
-      explained = cure_all() || cure_some() || cure_all_and_some() || cure_focal_lengths() || name_leaks();
+      explained = cure_all() || cure_some() || cure_all_and_some() || cure_order() || cure_focal_lengths() ||
+                  name_leaks();
     const Agreement after = agreement(views(), kFine);
     diagnosis_.recall_after = full(after);
     for (DoctorFinding& f : diagnosis_.findings) {
       f.recall_before = before.mean;
       f.recall_after = after.mean;
     }
-    if (!explained)
-      note({-1, -1, "the views contradict one another", "no single slip explains it: calibrate the rig again",
-            before.mean, after.mean});
-    else
+    if (explained)
       check_workspace(after);
+    else if (used_.size() >= 2)
+      note({-1, -1, "the views contradict one another", advice(), before.mean, after.mean});
     decide(after);
     return diagnosis_;
   }
@@ -146,6 +146,10 @@ class Examination {
     return Agreement(SilhouetteConsistency(*box, views, samples).recalls());
   }
 
+  bool looks_inverted(std::size_t camera) const;
+  bool turn_inverted_masks();
+  bool cure_order();
+  std::string advice() const;
   void find_holes();
   bool cure_all();
   bool cure_some();

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/image/mask_rim.h"
 #include "tactus/rig/images/camera_file.h"
 #include "tactus/rig/images/depth_files.h"
 #include "tactus/rig/images/numbered_files.h"
@@ -12,20 +13,14 @@
 namespace tactus {
 namespace {
 
-/// "", or what is odd about a mask. An object seldom covers all of the rim of a picture; what is round a
-/// black one does.
+/// "", or what is odd about a mask.
 std::string odd_mask(const Image<std::uint8_t>& mask) {
   const auto set = std::count(mask.pixels.begin(), mask.pixels.end(), 255);
   if (std::string odd = odd_coverage(set, std::ssize(mask.pixels)); !odd.empty()) return odd;
-  const auto width = static_cast<std::ptrdiff_t>(mask.width_px),
-             height = static_cast<std::ptrdiff_t>(mask.height_px);
-  std::ptrdiff_t on_rim = 0;
-  const auto look = [&](std::ptrdiff_t x, std::ptrdiff_t y) {
-    on_rim += mask.pixels[static_cast<std::size_t>(y * width + x)] == 255 ? 1 : 0;
-  };
-  for (std::ptrdiff_t x = 0; x < width; ++x) look(x, 0), look(x, height - 1);
-  for (std::ptrdiff_t y = 0; y < height; ++y) look(0, y), look(width - 1, y);
-  const bool is_inverted = 20 * on_rim >= 19 * 2 * (width + height) && 2 * set > std::ssize(mask.pixels);
+  const bool is_inverted = looks_inverted(mask.width_px, mask.height_px, set, [&](Index x, Index y) {
+    return mask.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width_px) +
+                       static_cast<std::size_t>(x)] == 255;
+  });
   return is_inverted ? "the mask is white along its rim: is its object black? It must be white" : "";
 }
 
