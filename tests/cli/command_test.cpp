@@ -2,9 +2,11 @@
 #include <csignal>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include "cli/program.h"
 #include "tactus/cli/exit_codes.h"
+#include "tactus/cli/interrupt.h"
 #include "tactus/run/progress_text.h"
 
 namespace tactus::test {
@@ -232,6 +234,25 @@ TEST(Progress, TellsOneNumberAndTheTimeLeft) {
   EXPECT_EQ(progress_text(10, 100, 1000), "frame 10 of 100, 2 h 30 min left");
   EXPECT_EQ(progress_text(120, 120, 10), "frame 120 of 120");
   EXPECT_EQ(progress_text(7, std::nullopt, 10), "frame 7");
+}
+
+/// A frame that isn't finished after the first signal is given up, within 2 s; what is between frames isn't.
+TEST(FramePatience, GivesAFrameUpAndNothingElse) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto work = [](bool in_frame) {
+    install_interrupt_handler();
+    FramePatience patience([] { std::fputs("the frames before are written; ", stderr); });
+    patience.begin();
+    std::raise(SIGTERM);
+    if (!in_frame) patience.end();
+    std::this_thread::sleep_for(std::chrono::seconds(in_frame ? 60 : 2));
+    std::_Exit(7);
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EXIT(work(true), testing::ExitedWithCode(kExitInterrupted), "are written; .*this frame is given up");
+  // 1.2 s of patience; the program that waits starts anew, which takes a loaded machine longer than the rest.
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+  EXPECT_EXIT(work(false), testing::ExitedWithCode(7), "interrupted");
 }
 
 }  // namespace

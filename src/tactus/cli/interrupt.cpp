@@ -2,10 +2,16 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <utility>
 
 #include "tactus/base/log.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/cli/exit_codes.h"
 
 namespace tactus {
 namespace {
@@ -49,5 +55,47 @@ void install_interrupt_handler() {
   std::signal(SIGXFSZ, SIG_IGN);  // a limit of file size is an error of the write that meets it
 }
 bool interrupted() { return interrupt_flag != 0; }
+
+FramePatience::FramePatience(std::function<void()> give_up)
+    : give_up_(std::move(give_up)), thread_([this] { watch(); }) {}
+
+FramePatience::~FramePatience() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_over_ = true;
+  }
+  changed_.notify_one();
+  thread_.join();
+}
+
+void FramePatience::begin() {
+  const std::lock_guard lock(mutex_);
+  works_ = true;
+}
+void FramePatience::end() {
+  const std::lock_guard lock(mutex_);
+  works_ = false;
+}
+
+void FramePatience::watch() {
+  using namespace std::chrono_literals;
+  std::unique_lock lock(mutex_);
+  for (auto left = 1200ms; left > 0ms;) {
+    if (changed_.wait_for(lock, 100ms, [this] { return is_over_; })) return;
+    if (interrupted()) left -= 100ms;
+  }
+  // Between frames the work sees the signal itself.
+  while (!works_)
+    if (changed_.wait_for(lock, 100ms, [this] { return is_over_; })) return;
+  try {
+    give_up_();
+    log_warning("this frame is given up; those before it are whole");
+  } catch (const std::exception& error) {
+    log_warning(error.what());
+  }
+  std::fflush(stdout);
+  remove_temporary_files();
+  std::_Exit(kExitInterrupted);
+}
 
 }  // namespace tactus

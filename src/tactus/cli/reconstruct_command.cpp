@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <set>
 #include <span>
 
+#include "tactus/base/camera_lines.h"
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
 #include "tactus/base/safe_file.h"
@@ -236,15 +238,29 @@ class Reconstruction {
     motion_.add(stages_->pipeline.surface(), mesh, frame, source_, row);
     views_.add_to(row);
     const std::string repaired = repaired_text(row), odd = joined({views_.status(), repaired, found});
-    for (const std::string& warning : {report.depth, views_.status(), repaired, found}) {
-      if (!warning.empty()) log_warning(warning);
-    }
+    for (const std::string& warning : {report.depth, views_.status(), repaired, found})
+      warn(warning, kind_of_line);
     row["tick"] = frame.tick;
     if (const Figure* truth = source_.truth())
       row["surface_rms_m"] = surface_rms_m(mesh, truth->at(frame.time_s));
     row["status"] = joined({report.depth, source_.status(), odd});
     for (const std::string& name : timings_.stages()) row["ms"][name] = timings_.last_ms(name);
     return row;
+  }
+
+  /// Each line once; rows of the results have them all. @param line_of a line, or the part that is the same
+  /// in those of other frames
+  template <class F>
+  void warn(const std::string& status, F&& line_of) {
+    std::string fresh;
+    for (const std::string_view line : camera_lines(status)) {
+      if (line.empty() || !said_.insert(std::string(camera_of_line(line)) + line_of(line)).second) continue;
+      fresh.append(fresh.empty() ? "" : "; ").append(line);
+    }
+    if (!fresh.empty()) log_warning(fresh);
+  }
+  void warn(const std::string& status) {
+    warn(status, [](std::string_view line) { return std::string(line); });
   }
 
   /// @throws Error when no frame so far has a surface: where all is outside, measures say nothing.
@@ -322,6 +338,7 @@ class Reconstruction {
   ViewCheck views_;
   Timings timings_;
   bool has_surface_ = false;
+  std::set<std::string> said_;
 };
 
 void print_row(const nlohmann::json& row) {
@@ -359,13 +376,21 @@ void reconstruct(ReconstructOptions options) {
   check_outputs(options);
   DeviceSet devices(options.devices);
   const std::unique_ptr<FrameSource> source = open_described(options);
-  Reconstruction reconstruction(devices, *source, options);
   const FrameRange frames = describe_source(options).frames;
   nlohmann::json json{{"devices", devices.name()},
                       {"commit", commit_text()},
                       {"depth", !source->rig().depth_cameras.empty()},
                       {"frames", nlohmann::json::array()},
                       {"bad_frames", nlohmann::json::array()}};
+  FramePatience patience([&] {
+    if (!options.json_path.empty()) write_json_file(options.json_path, json);
+  });
+  patience.begin();
+  Reconstruction reconstruction(devices, *source, options);
+  patience.end();
+  if (const std::string cost = cost_text(options.resolution, workspace_m(options, source->rig()));
+      !cost.empty())
+    log_info(cost);
   std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
               "volume m3", "IoU", "IoU min", "recall", "total ms");
   FrameSet frame;
@@ -373,12 +398,14 @@ void reconstruct(ReconstructOptions options) {
     const NextFrame next = source->next(frame);
     if (next == NextFrame::no_more_data) break;
     if (next == NextFrame::nothing_new) continue;
-    if (!source->status().empty()) log_warning(source->status());
+    reconstruction.warn(source->status());
     if (next == NextFrame::bad_frame) {
       json["bad_frames"].push_back({{"tick", frame.tick}, {"status", source->status()}});
       continue;
     }
+    patience.begin();
     nlohmann::json row = reconstruction.add(frame, frames.last != frames.first);
+    patience.end();
     print_row(row);
     json["frames"].push_back(std::move(row));
   }

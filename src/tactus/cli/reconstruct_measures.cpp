@@ -75,4 +75,16 @@ std::string repaired_text(const nlohmann::json& row) {
   return text;
 }
 
+std::string cost_text(int resolution, const Box3f& workspace_m) {
+  constexpr int kLarge = 1024;
+  if (resolution <= kLarge) return "";
+  const auto e = vec_cast<double>(workspace_m.extent());
+  const double of_cube = (e.x * e.y + e.y * e.z + e.z * e.x) / (3 * sqr(std::max({e.x, e.y, e.z}))),
+               size = resolution / 2048.;
+  char text[160];
+  std::snprintf(text, sizeof text, "resolution %d: about %.2g GB, and %.0f s a frame on one core", resolution,
+                4.8 * of_cube * sqr(size), 34 * of_cube * std::pow(size, 2.3));
+  return text;
+}
+
 }  // namespace tactus
