@@ -111,8 +111,27 @@ TEST(GltfImport, RefusesRequiredExtensionsByName) {
   // Instances would lack, whether they are required or not.
   EXPECT_NE(error_of(with("extensionsUsed", "EXT_mesh_gpu_instancing")), "");
   EXPECT_NEAR(volume_of(with("extensionsUsed", "KHR_draco_mesh_compression")), 1. / 6, kRounding);
+  // Packed, and not said to be required: there are no numbers beside.
+  EXPECT_NE(error_of(gltf("", "", "", "", R"(, "extensionsUsed": ["KHR_draco_mesh_compression"])"))
+                .find("needs the glTF extension 'KHR_draco_mesh_compression'"),
+            std::string::npos);
   EXPECT_NEAR(volume_of(with("extensionsRequired", "KHR_materials_unlit")), 1. / 6, kRounding);
   EXPECT_NEAR(volume_of(with("extensionsRequired", "KHR_mesh_quantization")), 1. / 6, kRounding);
+}
+
+/// Each kind under the other's name.
+TEST(GltfImport, KindsAreToldByContent) {
+  const TempFolder folder;
+  folder.write("data.bin", tetrahedron_buffer());
+  EXPECT_NEAR(volume_m3(read_mesh(folder.write("a.glb", gltf(kView)))), 1. / 6, kRounding);
+  std::string json = gltf(kView);
+  json.append((4 - json.size() % 4) % 4, ' ');
+  const auto word = [](std::size_t n) {
+    const auto value = static_cast<std::uint32_t>(n);
+    return std::string(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  const std::string binary = "glTF" + word(2) + word(20 + json.size()) + word(json.size()) + "JSON" + json;
+  EXPECT_NEAR(volume_m3(read_mesh(folder.write("b.gltf", binary))), 1. / 6, kRounding);
 }
 
 }  // namespace

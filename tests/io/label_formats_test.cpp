@@ -404,6 +404,26 @@ TEST_F(LabelErrors, Nifti) {
   EXPECT_EQ(error("a.nii.gz", gz), "FILE: damaged compressed data (incorrect data check)");
 }
 
+/// Numbers written out, and words in capitals.
+TEST_F(LabelErrors, NrrdAsText) {
+  std::string text;
+  for (std::size_t i = 0; i < grid_.labels.size(); ++i)
+    text += std::to_string(grid_.labels[i]) + (i % 44 == 43 ? "\r\n" : " ");
+  for (const std::string encoding : {"ascii", "text", "TXT"}) {
+    const std::string header =
+        nrrd_header(grid_, "left-posterior-superior", {-1, -1, 1}, "short", "encoding: " + encoding + "\n\n");
+    expect_ellipsoid(read_label_volume(folder_.write("a.nrrd", header + text)), 1e-3);
+    EXPECT_EQ(error("a.nrrd", header + text.substr(0, 100)), "FILE: truncated, it holds 50 of 26400 voxels");
+    EXPECT_EQ(error("a.nrrd", header + "0 0 x 0"),
+              "FILE: header field data=x, expected numbers, as its encoding says");
+  }
+  const std::string header =
+      nrrd_header(grid_, "left-posterior-superior", {-1, -1, 1}, "short", "endian: BIG\nencoding: GZIP\n\n");
+  expect_ellipsoid(read_label_volume(folder_.write(
+                       "a.nrrd", header + packed(numbers<std::int16_t>(grid_.labels, true), true))),
+                   1e-3);
+}
+
 TEST_F(LabelErrors, Nrrd) {
   EXPECT_EQ(error("a.nrrd", nrrd()), "");
   EXPECT_EQ(error("a.nrrd", nrrd("dimension: 3", "dimension: 4")),
@@ -411,7 +431,7 @@ TEST_F(LabelErrors, Nrrd) {
             "volumes: "
             "export them as a label map");
   EXPECT_EQ(error("a.nrrd", nrrd("encoding: raw", "encoding: bzip2")),
-            "FILE: header field encoding=bzip2, expected raw or gzip");
+            "FILE: header field encoding=bzip2, expected raw, gzip or ascii");
   EXPECT_EQ(error("a.nrrd", nrrd("type: uchar", "type: block")),
             "FILE: header field type=block, expected whole or real numbers, such as uchar");
   EXPECT_EQ(error("a.nrrd", nrrd("sizes: 44 30", "sizes: 44 x")),

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <map>
 
+#include "tactus/base/error.h"
 #include "tactus/geom/mesh/mesh_defects.h"
 #include "tactus/geom/mesh/point_box.h"
 #include "tactus/io/labels/label_file.h"
@@ -116,7 +117,10 @@ nlohmann::json print_labels(const std::string& path) {
 }  // namespace
 
 nlohmann::json print_file_info(const std::string& path, double unit_m) {
-  return is_mesh_path(path) ? print_mesh(path, unit_m) : print_labels(path);
+  if (is_mesh_path(path)) return print_mesh(path, unit_m);
+  if (is_label_volume(path)) return print_labels(path);
+  throw Error(path + ": no mesh and no label volume, expected " + kLabelFormats +
+              ", or a mesh: " + mesh_endings(path));
 }
 
 }  // namespace tactus

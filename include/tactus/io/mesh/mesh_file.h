@@ -18,6 +18,8 @@ struct ImportedMesh {
 
 /// Whether the extension is one of those that import_mesh reads.
 bool is_mesh_path(const std::string& path);
+/// ".ply, .obj, ... or .glb", and the nearest to a path's extension where one is near, for messages.
+std::string mesh_endings(const std::string& path);
 /// Reads a mesh by its extension: .ply (ASCII, binary), .obj, .stl (ASCII, binary), .off (ASCII, binary),
 /// .gltf, .glb. Concave polygons are clipped ear by ear. Vertices nearer than 1e-6 of the mesh's size become
 /// one. A mesh more than 100 m and ten times its size from the origin of its file is moved there. glTF: all

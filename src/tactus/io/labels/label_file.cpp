@@ -5,6 +5,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/io/labels/label_voxels.h"
+#include "tactus/io/mesh/mesh_file.h"
 
 namespace tactus {
 namespace {
@@ -28,23 +29,41 @@ bool is_meta_image(std::string_view head) {
   return head.starts_with("ObjectType");
 }
 
-}  // namespace
+enum class Format : std::uint8_t { none, inr, nifti, nrrd, meta_image, dicom };
 
-LabelVolume read_label_volume(const std::string& path) {
+Format format_of(const std::string& path) {
   char bytes[1024];
   const std::string_view head(bytes, LabelBytes(path).read(bytes, sizeof bytes));
-  if (head.starts_with("#INRIMAGE-4#{")) return read_inr(path);
-  if (is_nifti(head)) return read_nifti(path);
-  if (head.starts_with("NRRD000")) return read_nrrd(path);
-  if (is_meta_image(head)) return read_meta_image(path);
-  if (is_dicom(head))
-    throw Error(
-        path +
-        ": a DICOM file, which is not read; a segmentation becomes NIfTI by 'segimage2itkimage --outputType "
-        "nii' (dcmqi) or in 3D Slicer, a series of images by 'dcm2niix'");
-  throw Error(path +
-              ": no label volume, expected NIfTI (.nii, .nii.gz), NRRD (.nrrd), MetaImage (.mha, .mhd) or "
-              "INRIMAGE-4 (.inr, .inr.gz)");
+  if (head.starts_with("#INRIMAGE-4#{")) return Format::inr;
+  if (is_nifti(head)) return Format::nifti;
+  if (head.starts_with("NRRD000")) return Format::nrrd;
+  if (is_meta_image(head)) return Format::meta_image;
+  return is_dicom(head) ? Format::dicom : Format::none;
+}
+
+}  // namespace
+
+bool is_label_volume(const std::string& path) { return format_of(path) != Format::none; }
+
+LabelVolume read_label_volume(const std::string& path) {
+  switch (format_of(path)) {
+    case Format::inr:
+      return read_inr(path);
+    case Format::nifti:
+      return read_nifti(path);
+    case Format::nrrd:
+      return read_nrrd(path);
+    case Format::meta_image:
+      return read_meta_image(path);
+    case Format::dicom:
+      throw Error(path +
+                  ": a DICOM file, which is not read; a segmentation becomes NIfTI by 'segimage2itkimage "
+                  "--outputType nii' (dcmqi) or in 3D Slicer, a series of images by 'dcm2niix'");
+    case Format::none:
+      break;
+  }
+  throw Error(path + ": no label volume, expected " + kLabelFormats +
+              (is_mesh_path(path) ? "; a mesh is a body's shape with 'kind: mesh'" : ""));
 }
 
 }  // namespace tactus

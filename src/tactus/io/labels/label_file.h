@@ -15,4 +15,10 @@ namespace tactus {
 /// truncated, damaged, no labels, sheared; DICOM, with the programs that convert it.
 LabelVolume read_label_volume(const std::string& path);
 
+/// Whether a file begins as one of those, or as DICOM. @throws Error: unreadable.
+bool is_label_volume(const std::string& path);
+/// The formats and their endings, for messages.
+inline constexpr const char* kLabelFormats =
+    "NIfTI (.nii, .nii.gz), NRRD (.nrrd), MetaImage (.mha, .mhd) or INRIMAGE-4 (.inr, .inr.gz)";
+
 }  // namespace tactus

@@ -131,14 +131,16 @@ LabelVolume read_nrrd(const std::string& path) {
   VoxelLayout layout;
   read_sizes(path, "sizes", field(fields, "sizes"), layout);
   layout.type = nrrd_type_of(path, field(fields, "type"));
-  const std::string endian = field(fields, "endian");
+  const std::string endian = lower(field(fields, "endian"));
   if (!endian.empty() && endian != "little" && endian != "big")
     refuse_field(path, "endian", endian, "little or big");
   layout.big_endian = endian == "big";
   place_nrrd(path, fields, layout);
-  const std::string encoding = field(fields, "encoding");
+  const std::string encoding = lower(field(fields, "encoding"));
   const bool packed = encoding == "gzip" || encoding == "gz";
-  if (!packed && encoding != "raw") refuse_field(path, "encoding", encoding, "raw or gzip");
+  layout.is_text = encoding == "ascii" || encoding == "text" || encoding == "txt";
+  if (!packed && !layout.is_text && encoding != "raw")
+    refuse_field(path, "encoding", encoding, "raw, gzip or ascii");
   const std::string data_file = field(fields, "datafile");
   std::unique_ptr<LabelBytes> apart;
   if (!data_file.empty()) apart = data_apart(path, data_file);

@@ -54,29 +54,86 @@ double value_of(VoxelType type, const unsigned char* p, bool swap) {
   return 0;
 }
 
+/// Numbers of a text, with spaces or line ends between them.
+class TextNumbers {
+ public:
+  TextNumbers(const std::string& path, LabelBytes& bytes) : path_(path), bytes_(bytes), block_(1 << 16) {}
+  /// False at the end.
+  bool next(double& value) {
+    constexpr std::size_t kMostDigits = 64;
+    std::string word;
+    for (char c; take(c);) {
+      const bool is_space = c == ' ' || c == '\t' || c == '\r' || c == '\n';
+      if (is_space && !word.empty()) break;
+      if (!is_space) word += c;
+      if (word.size() > kMostDigits) break;
+    }
+    if (word.empty()) return false;
+    value = header_number(path_, "data", word, "numbers, as its encoding says");
+    return true;
+  }
+
+ private:
+  bool take(char& c) {
+    if (at_ == end_) {
+      end_ = bytes_.read(block_.data(), block_.size());
+      at_ = 0;
+    }
+    if (at_ == end_) return false;
+    c = block_[at_++];
+    return true;
+  }
+  const std::string& path_;
+  LabelBytes& bytes_;
+  std::vector<char> block_;
+  std::size_t at_ = 0, end_ = 0;
+};
+
 std::string dims_text(const VoxelLayout& v) {
   return std::to_string(v.dims[0]) + " x " + std::to_string(v.dims[1]) + " x " + std::to_string(v.dims[2]);
 }
 
-/// Appends the labels of the next `count` voxels.
-void append_labels(const std::string& path, const VoxelLayout& layout,
-                   const std::vector<unsigned char>& bytes, std::size_t count,
-                   std::vector<VoxelLabel>& labels) {
-  const std::size_t size = size_of(layout.type);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double value =
-        layout.slope * value_of(layout.type, bytes.data() + i * size, layout.big_endian) + layout.intercept;
-    const double label = std::round(value);
-    // A thousandth is the rounding of scaled numbers.
-    if (!(label >= 0 && label <= kMostLabel && std::abs(value - label) <= 1e-3)) {
-      const auto n = static_cast<std::int64_t>(labels.size());
-      throw Error(path + ": voxel (" + std::to_string(n % layout.dims[0]) + ", " +
-                  std::to_string(n / layout.dims[0] % layout.dims[1]) + ", " +
-                  std::to_string(n / layout.dims[0] / layout.dims[1]) + ") holds " + number_text(value) +
-                  ", expected labels from 0 to 65535: is it an image and no segmentation?");
-    }
-    labels.push_back(static_cast<VoxelLabel>(label));
+void append_label(const std::string& path, const VoxelLayout& layout, double stored,
+                  std::vector<VoxelLabel>& labels) {
+  const double value = layout.slope * stored + layout.intercept, label = std::round(value);
+  // A thousandth is the rounding of scaled numbers.
+  if (!(label >= 0 && label <= kMostLabel && std::abs(value - label) <= 1e-3)) {
+    const auto n = static_cast<std::int64_t>(labels.size());
+    throw Error(path + ": voxel (" + std::to_string(n % layout.dims[0]) + ", " +
+                std::to_string(n / layout.dims[0] % layout.dims[1]) + ", " +
+                std::to_string(n / layout.dims[0] / layout.dims[1]) + ") holds " + number_text(value) +
+                ", expected labels from 0 to 65535: is it an image and no segmentation?");
   }
+  labels.push_back(static_cast<VoxelLabel>(label));
+}
+
+void expect_all(const std::string& path, std::size_t there, std::size_t voxels) {
+  if (there < voxels)
+    throw Error(path + ": truncated, it holds " + std::to_string(there) + " of " + std::to_string(voxels) +
+                " voxels");
+}
+
+void read_text(const std::string& path, LabelBytes& bytes, const VoxelLayout& layout, std::size_t voxels,
+               std::vector<VoxelLabel>& labels) {
+  TextNumbers numbers(path, bytes);
+  for (double value; labels.size() < voxels && numbers.next(value);)
+    append_label(path, layout, value, labels);
+  expect_all(path, labels.size(), voxels);
+}
+
+void read_binary(const std::string& path, LabelBytes& bytes, const VoxelLayout& layout, std::size_t voxels,
+                 std::vector<VoxelLabel>& labels) {
+  const std::size_t size = size_of(layout.type);
+  // Memory is taken as bytes come: a header may promise more than any file holds.
+  std::vector<unsigned char> block(std::min(voxels, (std::size_t{1} << 20)) * size);
+  while (labels.size() < voxels) {
+    const std::size_t count = std::min(block.size() / size, voxels - labels.size());
+    const std::size_t there = bytes.read(block.data(), count * size) / size;
+    for (std::size_t i = 0; i < there; ++i)
+      append_label(path, layout, value_of(layout.type, block.data() + i * size, layout.big_endian), labels);
+    if (there < count) expect_all(path, labels.size(), voxels);
+  }
+  bytes.read(block.data(), 1);  // reads on to the check sum of compressed data
 }
 
 /// Turns the volume's x axis round.
@@ -146,18 +203,7 @@ LabelVolume read_voxels(const std::string& path, LabelBytes& bytes, const VoxelL
   LabelVolume volume;
   for (int k = 0; k < 3; ++k) volume.dims[k] = static_cast<Index>(layout.dims[k]);
   const auto voxels = static_cast<std::size_t>(layout.dims[0] * layout.dims[1] * layout.dims[2]);
-  const std::size_t size = size_of(layout.type);
-  // Memory is taken as bytes come: a header may promise more than any file holds.
-  std::vector<unsigned char> block(std::min(voxels, (std::size_t{1} << 20)) * size);
-  while (volume.labels.size() < voxels) {
-    const std::size_t count = std::min(block.size() / size, voxels - volume.labels.size());
-    const std::size_t there = bytes.read(block.data(), count * size) / size;
-    append_labels(path, layout, block, there, volume.labels);
-    if (there < count)
-      throw Error(path + ": truncated, it holds " + std::to_string(volume.labels.size()) + " of " +
-                  std::to_string(voxels) + " voxels");
-  }
-  bytes.read(block.data(), 1);  // reads on to the check sum of compressed data
+  (layout.is_text ? read_text : read_binary)(path, bytes, layout, voxels, volume.labels);
   place(path, layout, volume);
   return volume;
 }

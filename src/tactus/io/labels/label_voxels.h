@@ -16,6 +16,7 @@ struct VoxelLayout {
   std::int64_t dims[3] = {1, 1, 1};
   VoxelType type = VoxelType::u8;
   bool big_endian = false;
+  bool is_text = false;             ///< numbers are written out, whatever their type
   double slope = 1, intercept = 0;  ///< a label is slope * number + intercept
   /// In millimetres: the way from one voxel to the next along each of the file's axes, and the centre of the
   /// first. x points to the patient's right, y to the front, z to the head.

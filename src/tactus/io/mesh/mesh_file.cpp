@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
+#include <string_view>
 
 #include "tactus/base/error.h"
 #include "tactus/base/read_file.h"
@@ -20,10 +22,28 @@ std::string extension_of(const std::string& path) {
   return read::lower_case(std::filesystem::path(path).extension().string());
 }
 
+constexpr const char* kEndings = ".ply, .obj, .stl, .off, .gltf or .glb";
+
+std::span<const std::string> known_extensions() {
+  static const std::vector<std::string> known = {".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
+  return known;
+}
+
+/// A label volume is told of as such.
+std::string hint_of(const std::string& path) {
+  static const std::string_view kLabels[] = {".nii", ".nii.gz", ".nrrd", ".nhdr",
+                                             ".mha", ".mhd",    ".inr",  ".inr.gz"};
+  const std::string name = read::lower_case(path);
+  if (std::any_of(std::begin(kLabels), std::end(kLabels),
+                  [&](auto ending) { return name.ends_with(ending); }))
+    return "; a label volume is a body's shape with 'kind: labels'";
+  return "";
+}
+
 void check_extension(const std::string& path) {
   if (is_mesh_path(path)) return;
-  throw usage_error("can't read '" + path + "': unknown extension '" + extension_of(path) +
-                    "', expected .ply, .obj, .stl, .off, .gltf or .glb");
+  throw usage_error("can't read '" + path + "': unknown extension '" + extension_of(path) + "', expected " +
+                    mesh_endings(path) + hint_of(path));
 }
 
 read::RawMesh parse_raw(const std::string& path, const std::string& bytes) {
@@ -32,7 +52,10 @@ read::RawMesh parse_raw(const std::string& path, const std::string& bytes) {
   if (extension == ".obj") return read::read_obj(path, bytes);
   if (extension == ".off") return read::read_off(path, bytes);
   if (extension == ".stl") return read::read_stl(path, bytes);
-  return read::read_gltf(path, bytes, extension == ".glb");
+  // Some are named as the other kind.
+  const bool is_text =
+      bytes.find_first_not_of(" \t\r\n") != bytes.npos && bytes[bytes.find_first_not_of(" \t\r\n")] == '{';
+  return read::read_gltf(path, bytes, bytes.starts_with("glTF") || (extension == ".glb" && !is_text));
 }
 
 ImportedMesh parse(const std::string& path, const std::string& bytes, double unit_m) {
@@ -68,8 +91,13 @@ void append(std::string& bytes, const T& value) {
 }  // namespace
 
 bool is_mesh_path(const std::string& path) {
-  static const std::vector<std::string> known = {".ply", ".obj", ".stl", ".off", ".gltf", ".glb"};
+  const std::span<const std::string> known = known_extensions();
   return std::find(known.begin(), known.end(), extension_of(path)) != known.end();
+}
+
+std::string mesh_endings(const std::string& path) {
+  const std::string near = nearest_spelling(extension_of(path), known_extensions());
+  return kEndings + (near.empty() ? "" : "; did you mean '" + near + "'?");
 }
 
 ImportedMesh import_mesh(const std::string& path, double unit_m) {

@@ -329,13 +329,24 @@ bool is_harmless(std::string_view extension) {
   return false;
 }
 
+[[noreturn]] void refuse_extension(const std::string& path, const std::string& name) {
+  throw Error(path + ": needs the glTF extension '" + name +
+              "', which is not supported; export it without (gltf-transform and Blender can)");
+}
+
+/// False where an accessor has nothing to read from: a program packed the mesh, and didn't say that readers
+/// have to unpack it.
+bool has_all_numbers(const nlohmann::json& json) {
+  const auto accessors = json.find("accessors");
+  if (accessors == json.end() || !accessors->is_array()) return true;
+  return std::all_of(accessors->begin(), accessors->end(), [](const nlohmann::json& a) {
+    return !a.is_object() || a.contains("bufferView") || a.contains("sparse");
+  });
+}
+
 /// Refuses required extensions unless they are harmless; instances also where they are not required, as their
 /// bodies would be missing.
 void check_extensions(const std::string& path, const nlohmann::json& json) {
-  const auto refuse = [&](const std::string& name) {
-    throw Error(path + ": needs the glTF extension '" + name +
-                "', which is not supported; export it without (gltf-transform and Blender can)");
-  };
   const auto each = [&](const char* list, auto&& check) {
     const auto found = json.find(list);
     if (found == json.end() || !found->is_array()) return;
@@ -344,10 +355,11 @@ void check_extensions(const std::string& path, const nlohmann::json& json) {
     }
   };
   each("extensionsRequired", [&](const std::string& name) {
-    if (!is_harmless(name)) refuse(printable(name));
+    if (!is_harmless(name)) refuse_extension(path, printable(name));
   });
   each("extensionsUsed", [&](const std::string& name) {
-    if (name == "EXT_mesh_gpu_instancing") refuse(name);
+    const bool lacks_numbers = name == "KHR_draco_mesh_compression" && !has_all_numbers(json);
+    if (name == "EXT_mesh_gpu_instancing" || lacks_numbers) refuse_extension(path, name);
   });
 }
 

@@ -39,10 +39,15 @@ std::string RawMesh::face_text(const std::string& path, std::size_t triangle) co
 
 PlainText::PlainText(std::string_view bytes) : view_(bytes) {
   if (bytes.starts_with("\xef\xbb\xbf")) view_.remove_prefix(3);
-  const bool little = bytes.starts_with("\xff\xfe");
-  if (!little && !bytes.starts_with("\xfe\xff")) return;
+  // Without its mark, UTF-16 is told by the zeros of its first two letters.
+  const auto is_zero = [&](std::size_t i) { return bytes[i] == 0; };
+  const bool has_four = bytes.size() >= 4, marks_little = bytes.starts_with("\xff\xfe"),
+             marks_big = bytes.starts_with("\xfe\xff"),
+             little = marks_little || (has_four && !is_zero(0) && is_zero(1) && !is_zero(2) && is_zero(3)),
+             big = marks_big || (has_four && is_zero(0) && !is_zero(1) && is_zero(2) && !is_zero(3));
+  if (!little && !big) return;
   own_.reserve(bytes.size() / 2);
-  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+  for (std::size_t i = marks_little || marks_big ? 2 : 0; i + 1 < bytes.size(); i += 2) {
     const char low = bytes[little ? i : i + 1], high = bytes[little ? i + 1 : i];
     own_ += high == 0 && static_cast<unsigned char>(low) < 128 ? low : '?';
   }
