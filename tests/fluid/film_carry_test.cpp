@@ -156,7 +156,7 @@ TACTUS_INSTANTIATE_DEVICES(FilmCarriedOn);
 /// One side of a ball is wet. The ball turns by 90 degrees about an axis and moves by 5 cells, in 30 frames
 /// with a mesh of its own each. The wet side turns with it: its edge is where it would be within a cell, but
 /// for 2 % of the volume; and no volume is lost, to the unit. The film's own flow is left out, so nothing
-/// closes holes, where no share of an eighth landed on a vertex: with 3 shares a vertex, as many triangles
+/// closes holes, where no share of a sixteenth landed on a vertex: with 3 shares a vertex, as many triangles
 /// come to one that three get, some e^-3 = 5 %, and more where vertices are crowded: 10 % of the area.
 TEST_P(FilmCarriedOn, TurnsAndMovesWithABall) {
   DeviceSet devices(GetParam(), 5);

@@ -250,7 +250,7 @@ struct LandFilm {
 
  private:
   /// A corner gets so much of a point's volume, or none: else a film would wet all that it comes near to.
-  static constexpr float kLeastShare = 0.125F;
+  static constexpr float kLeastShare = 0.0625F;
   struct Landing {
     Index triangle = -1;
     Index corner[3];
