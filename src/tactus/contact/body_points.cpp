@@ -149,10 +149,14 @@ void BodyPoints::apply(ExecContext& ctx, std::span<const PointChange> changes) {
   ctx.upload(host_blocks_, blocks_.view());
   used_blocks_.upload(ctx);
   used_rows_.upload(ctx);
+  weigh_rows(ctx);
+  ctx.synchronize();
+}
+
+void BodyPoints::weigh_rows(ExecContext& ctx) {
   ctx.parallel_for("contact/weigh_rows", used_rows_.member_count(0),
                    WeighRows{used_rows_.view(), incident_.ranges(), incident_.values(), points_.const_view(),
                              touching_.const_view(), node_weight_.view()});
-  ctx.synchronize();
 }
 
 void BodyPoints::check(std::span<const PointChange> changes) const {
@@ -230,18 +234,30 @@ void BodyPoints::reset(ExecContext& ctx) {
   ctx.fill_bytes(totals_.view(), 0);
 }
 
+/// Of points that there are: another body may have another capacity for more. Where there is some, places of
+/// nodes follow it, too, so weights are worked out anew.
 void BodyPoints::archive(ExecContext& ctx, StateArchive& a) {
   std::vector<Index> touching = to_host(ctx, touching_.const_view());
   std::vector<PointContact> contact = to_host(ctx, contact_.const_view());
-  a.values("touching points", touching);
-  a.values("contacts", contact);
+  const auto archive_used = [&](const char* name, auto& of_points) {
+    const auto free_begin = of_points.begin() + (first_count_ - capacity_), free_end = free_begin + capacity_;
+    auto used = of_points;
+    used.erase(used.begin() + (first_count_ - capacity_), used.begin() + first_count_);
+    a.values(name, used);
+    std::copy_n(used.begin(), first_count_ - capacity_, of_points.begin());
+    std::copy(used.begin() + (free_begin - of_points.begin()), used.end(), free_end);
+  };
+  archive_used("touching points", touching);
+  archive_used("contacts", contact);
   for (std::size_t p = 0; p < touching.size(); ++p)
     a.check(touching[p] == 0 || (contact[p].collider >= 0 && contact[p].collider < kColliders), "contacts");
-  a.buffer(ctx, "weights of nodes", node_weight_);
+  const bool may_be_cut = !host_points_.empty();
+  if (!may_be_cut) a.buffer(ctx, "weights of nodes", node_weight_);
   if (!a.reads()) return;
   searched_in_ = -1;
   ctx.upload(touching, touching_.view());
   ctx.upload(contact, contact_.view());
+  if (may_be_cut) weigh_rows(ctx);
   ctx.synchronize();
 }
 

@@ -348,6 +348,7 @@ class BodyPoints {
   void check(std::span<const PointChange> changes) const;
   void change_rows(std::span<const PointChange> changes);
   void change_blocks(std::span<const PointChange> changes);
+  void weigh_rows(ExecContext& ctx);
 
   float lattice_spacing_m_ = 0;
   Index node_count_ = 0, first_count_ = 0, first_blocks_ = 0, own_rows_ = 0, moved_rows_ = 0;

@@ -38,6 +38,12 @@ StateArchive::StateArchive(std::string bytes, std::string path) : reads_(true), 
   if (fnv1a(payload_) != hash) throw Error(path_ + ": the checkpoint was changed after it was written");
 }
 
+StateArchive StateArchive::for_larger(StateArchive written) {
+  written.reads_ = written.is_for_larger_ = true;
+  written.owner_.clear();
+  return written;
+}
+
 void StateArchive::block(const std::string& name, void* data, std::size_t bytes) {
   const std::string full = owner_.empty() ? name : owner_ + ": " + name;
   if (!reads_) {
@@ -59,10 +65,11 @@ void StateArchive::block(const std::string& name, void* data, std::size_t bytes)
       payload_.substr(at_ + sizeof(std::uint32_t), std::min<std::size_t>(name_bytes, 200));
   const std::size_t begin = at_ + sizeof(std::uint32_t) + name_bytes + sizeof(std::uint64_t);
   const auto size = get<std::uint64_t>(payload_, begin - sizeof(std::uint64_t));
-  if (found != full || size != bytes || payload_.size() - begin < bytes)
+  const bool fits = size == bytes || (is_for_larger_ && size < bytes);
+  if (found != full || !fits || payload_.size() - begin < size)
     refuse("'" + found + "' of " + std::to_string(size) + " bytes");
-  if (bytes > 0) std::memcpy(data, payload_.data() + begin, bytes);
-  at_ = begin + bytes;
+  if (size > 0) std::memcpy(data, payload_.data() + begin, size);
+  at_ = begin + size;
 }
 
 void StateArchive::check(bool ok, const char* name) const {

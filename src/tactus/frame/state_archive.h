@@ -26,12 +26,15 @@ namespace tactus {
 ///   }
 class StateArchive {
  public:
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
   /// To be filled.
   StateArchive() = default;
   /// To be read. @param bytes of a file, as bytes() made them @param path for messages
   /// @throws Error when the file is no checkpoint, was cut short or changed, or is of another version.
   StateArchive(std::string bytes, std::string path);
+  /// To be read by what has more capacity than what wrote it: a list that is longer now keeps its own values
+  /// behind those that were written.
+  static StateArchive for_larger(StateArchive written);
 
   bool reads() const { return reads_; }
   const std::string& path() const { return path_; }
@@ -53,8 +56,8 @@ class StateArchive {
   /// Synchronizes.
   template <class T>
   void buffer(ExecContext& ctx, const char* name, Buffer<T>& b) {
-    std::vector<T> host =
-        reads_ ? std::vector<T>(static_cast<std::size_t>(b.size())) : to_host(ctx, b.const_view());
+    std::vector<T> host = reads_ && !is_for_larger_ ? std::vector<T>(static_cast<std::size_t>(b.size()))
+                                                    : to_host(ctx, b.const_view());
     values(name, host);
     if (!reads_) return;
     ctx.upload(host, b.view());
@@ -62,6 +65,8 @@ class StateArchive {
   }
   /// Checks a value that was read and is used as an index. @throws Error when it is not `ok`.
   void check(bool ok, const char* name) const;
+  /// That were not read yet.
+  std::size_t bytes_left() const { return payload_.size() - at_; }
   /// Nothing may follow. @throws Error.
   void finish() const;
   /// The whole file: header and blocks.
@@ -70,7 +75,7 @@ class StateArchive {
 
  private:
   void block(const std::string& name, void* data, std::size_t bytes);
-  bool reads_ = false;
+  bool reads_ = false, is_for_larger_ = false;
   std::string payload_, path_, owner_;
   std::size_t at_ = 0;
 };

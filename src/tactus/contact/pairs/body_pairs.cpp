@@ -33,11 +33,11 @@ BodyPairs::BodyPairs(ExecContext& ctx, std::span<const PairedBody> bodies, const
   PairModel& all = *made;
   Index capacity = 0;  // cubes that may come
   for (const PairedBody& body : bodies) {
-    first_point_.push_back(size_of(all.points));
+    first_.push_back({size_of(all.points), size_of(all.cubes), size_of(all.groups), size_of(all.nodes)});
     all.add(body);
     if (body.cuttable) capacity += body.lattice.cube_count();
   }
-  first_point_.push_back(size_of(all.points));
+  first_.push_back({size_of(all.points), size_of(all.cubes), size_of(all.groups), size_of(all.nodes)});
   smallest_mass_kg_ = all.smallest_mass_kg;
   bodies_ = to_device(ctx, all.bodies);
   patches_ = to_device(ctx, all.patches);
@@ -222,34 +222,72 @@ void BodyPairs::archive_last_nodes(ExecContext& ctx, StateArchive& a) {
   ctx.synchronize();
 }
 
+/// From the places that entries had where they were written to those that they have here.
+struct BodyPairs::PlaceMove {
+  const std::vector<Places>& from;
+  const std::vector<Places>& to;
+  Index operator()(Index place, Index Places::*of) const {
+    if (place < 0) return place;
+    std::size_t body = 0;
+    while (body + 2 < from.size() && from[body + 1].*of <= place) ++body;
+    return place - from[body].*of + to[body].*of;
+  }
+};
+
+/// Body by body. @param take checks what was read, and takes it to the places of this
+template <class T, class F>
+void BodyPairs::archive_entries(ExecContext& ctx, StateArchive& a, const char* name, Buffer<T>& entries,
+                                Index Places::*of, const std::vector<Places>& from, F&& take) {
+  std::vector<T> here = to_host(ctx, entries.const_view()), there(at(from.back().*of));
+  if (!a.reads()) there = here;
+  a.values(name, there);
+  for (T& entry : there) take(entry);
+  if (!a.reads()) return;
+  for (std::size_t body = 0; body + 1 < first_.size(); ++body)
+    std::copy(there.begin() + from[body].*of, there.begin() + from[body + 1].*of,
+              here.begin() + first_[body].*of);
+  ctx.upload(here, entries.view());
+  ctx.synchronize();
+}
+
+/// A body may have had capacity for fewer entries: all of them keep their order in the body, but not their
+/// places.
 void BodyPairs::archive(ExecContext& ctx, StateArchive& a) {
-  std::vector<PairContact> contact = to_host(ctx, contact_.const_view());
-  std::vector<std::uint32_t> list = to_host(ctx, cube_list_.const_view()),
-                             next = to_host(ctx, next_.const_view());
-  a.values("contacts", contact);
-  a.values("points in cubes", list);
-  a.values("next points in cubes", next);
-  const auto is_cube = [&](Index cube) { return cube >= -1 && cube < cubes_.size(); };
-  for (const PairContact& c : contact) a.check(is_cube(c.cube) && is_cube(c.anchor_cube), "contacts");
-  for (const auto* points : {&list, &next})
-    for (const std::uint32_t point : *points) a.check(point <= contact.size(), "points in cubes");
-  a.buffer(ctx, "active groups", group_active_);
+  std::vector<Places> from = first_;
+  a.values("places of bodies", from);
+  for (std::size_t body = 0; body + 1 < from.size(); ++body)
+    for (const auto of : {&Places::point, &Places::cube, &Places::group, &Places::row}) {
+      const Index count = from[body + 1].*of - from[body].*of;
+      a.check(
+          (body > 0 || from[0].*of == 0) && count >= 0 && count <= first_[body + 1].*of - first_[body].*of,
+          "places of bodies");
+    }
+  const PlaceMove to{from, first_};
+  const auto as_is = [](auto&) {};
+  archive_entries(ctx, a, "contacts", contact_, &Places::point, from, [&](PairContact& c) {
+    for (Index* cube : {&c.cube, &c.anchor_cube}) {
+      a.check(*cube >= -1 && *cube < from.back().cube, "contacts");
+      *cube = to(*cube, &Places::cube);
+    }
+  });
+  const auto take_point = [&](std::uint32_t& point) {  // plus one
+    a.check(point <= static_cast<std::uint32_t>(from.back().point), "points in cubes");
+    if (point > 0) point = static_cast<std::uint32_t>(to(static_cast<Index>(point) - 1, &Places::point)) + 1;
+  };
+  archive_entries(ctx, a, "points in cubes", cube_list_, &Places::cube, from, take_point);
+  archive_entries(ctx, a, "next points in cubes", next_, &Places::point, from, take_point);
+  archive_entries(ctx, a, "active groups", group_active_, &Places::group, from, as_is);
   archive_last_nodes(ctx, a);
   a.buffer(ctx, "motion against itself", self_motion_);
-  a.buffer(ctx, "sleeping groups", group_sleep_);
-  a.buffer(ctx, "sleeping points", point_sleep_);
-  a.buffer(ctx, "weights of nodes", row_weight_);
-  if (!a.reads()) return;
-  ctx.upload(contact, contact_.view());
-  ctx.upload(list, cube_list_.view());
-  ctx.upload(next, next_.view());
-  ctx.synchronize();
+  archive_entries(ctx, a, "sleeping groups", group_sleep_, &Places::group, from, as_is);
+  archive_entries(ctx, a, "sleeping points", point_sleep_, &Places::point, from, as_is);
+  archive_entries(ctx, a, "weights of nodes", row_weight_, &Places::row, from, as_is);
 }
 
 void BodyPairs::end_frame(ExecContext& ctx) {
   const Index n = bodies_.size();
   for (Index a = 0; a < n; ++a) {
-    const Index first = first_point_[at(a)], count = first_point_[at(a) + 1] - first;
+    const Index first = first_[at(a)].point, count = first_[at(a) + 1].point - first;
     ctx.parallel_for("contact/pair totals", n,
                      SumRecords{{count},
                                 recorded_.const_view().part(first, count),

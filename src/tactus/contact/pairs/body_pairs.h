@@ -50,6 +50,14 @@ class BodyPairs {
   View<const ColliderTotals> totals() const { return totals_.const_view(); }
 
  private:
+  /// Where the entries of a body begin; those of a body that may be cut end with its capacity.
+  struct Places {
+    Index point = 0, cube = 0, group = 0, row = 0;
+  };
+  struct PlaceMove;
+  template <class T, class F>
+  void archive_entries(ExecContext& ctx, StateArchive& a, const char* name, Buffer<T>& entries,
+                       Index Places::*of, const std::vector<Places>& from, F&& take);
   void make_used(ExecContext& ctx);
   void archive_last_nodes(ExecContext& ctx, StateArchive& a);
   void upload_changes(ExecContext& ctx, const SolidChange& change);
@@ -59,7 +67,7 @@ class BodyPairs {
   ContactSettings settings_;
   bool touch_others_ = true;
   float smallest_mass_kg_ = 0;
-  std::vector<Index> first_point_;    ///< (bodies + 1)
+  std::vector<Places> first_;         ///< (bodies + 1)
   std::unique_ptr<PairModel> model_;  ///< where a body may be cut
   Buffer<PairBody> bodies_;
   Buffer<CubePatch> patches_;

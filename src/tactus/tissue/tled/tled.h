@@ -118,8 +118,8 @@ class Tled {
   /// State that it keeps from frame to frame: stresses that relax. In this device's layout.
   void archive(ExecContext& ctx, StateArchive& a) {
     if (!relaxes()) return;
-    a.buffer(ctx, "stresses that relax", history_Pa_[0]);
-    if (virtual_elements_.has_capacity()) virtual_elements_.archive(ctx, a);
+    tled::archive_fields(ctx, a, "stresses that relax", history_Pa_[0].view(), history_fields());
+    if (virtual_elements_.has_capacity()) virtual_elements_.archive(ctx, a, history_fields());
   }
 
   /// Replaces cubes by copies, between frames. Recordings stay valid. Asynchronous.

@@ -8,6 +8,18 @@
 
 namespace tactus::tled {
 
+void archive_fields(ExecContext& ctx, StateArchive& a, const char* name, View<float> fields, Index count) {
+  const Index size = fields.size() / count;
+  for (Index k = 0; k < count; ++k) {
+    const View<float> field = fields.part(k * size, size);
+    std::vector<float> values = to_host(ctx, View<const float>(field));
+    a.values(name, values);
+    if (!a.reads()) continue;
+    ctx.upload(values, field);
+    ctx.synchronize();
+  }
+}
+
 VirtualElements::VirtualElements(ExecContext& ctx, std::span<const embed::CubeNodes> copies,
                                  std::span<const Stiffness> stiffness, View<const Index> cell,
                                  const OwnNodes& own, Index used, Index first_virtual_cell,

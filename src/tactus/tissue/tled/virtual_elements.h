@@ -13,6 +13,9 @@ namespace tactus::tled {
 struct CornersOfNodes;
 struct MoveNodes;
 
+/// Field by field, as `fields` lie behind one another: what reads them may have longer ones. Synchronizes.
+void archive_fields(ExecContext& ctx, StateArchive& a, const char* name, View<float> fields, Index count);
+
 /// Copies and their virtual nodes, on one device. Tled gives virtual nodes the cells behind its box, so
 /// kernels that load and store nodes need no second path. A substep sums the copies' forces node by node;
 /// then either nodes of the tiles get them as external acceleration and virtual nodes move (move), or all get
@@ -41,8 +44,8 @@ class VirtualElements {
   View<const CopyCells> corners() const { return corners_.const_view(); }
   /// Stresses that relax, before and after substep k.
   View<float> history() { return history_Pa_[0].view(); }  ///< between frames
-  void archive(ExecContext& ctx, StateArchive& a) {
-    a.buffer(ctx, "stresses that relax of copies", history_Pa_[0]);
+  void archive(ExecContext& ctx, StateArchive& a, Index history_fields) {
+    archive_fields(ctx, a, "stresses that relax of copies", history(), history_fields);
   }
   View<const float> history_before(int k) const { return history_Pa_[at(k)].const_view(); }
   View<float> history_after(int k) { return history_Pa_[at(k + 1)].view(); }
