@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "bench.h"
 #include "tactus/base/timing.h"
 #include "tactus/geom/lattice/lattice_cut.h"
@@ -12,13 +14,19 @@ namespace {
 constexpr float kSpacing_m = 0.005F;
 constexpr ElasticMaterial kMaterial{.young_Pa = 3000, .poisson = 0.45F};
 
+BodyShape shape_of(const BodyDescription& body) {
+  BodyShape shape = make_body_shape(body, {});
+  const Index copies = first_cut_capacity(body, shape);
+  return with_cut_capacity(std::move(shape), copies);
+}
+
 /// A block of n^3 cubes, whose surface has triangles of half a spacing.
 class Block {
  public:
   Block(DeviceSet& devices, Index n)
       : devices_(devices),
         n_(n),
-        shape_(with_cut_capacity(description(n), make_body_shape(description(n), {}))),
+        shape_(shape_of(description(n))),
         surface_(devices.context(0), shape_.lattice, shape_.surface_m, 1,
                  surface_capacity(shape_.lattice, shape_.surface_m)),
         cutter_(shape_.lattice, {}, shape_.surface_m, to_host(devices.context(0), surface_.anchors()),

@@ -27,6 +27,8 @@ class Readback {
                      static_cast<Index>(sizeof(T) / sizeof(std::uint32_t)) * records.size(), records.size(),
                      part);
   }
+  /// All records are added anew. Nothing may be on the way.
+  void clear() { parts_ = std::vector<Part>(parts_.size()); }
   /// Asynchronous; may be recorded, once all was added.
   void submit();
   /// As the device had them at submit().

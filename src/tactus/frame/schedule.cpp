@@ -266,6 +266,16 @@ void Schedule::record_anew() {
   ++made_;
 }
 
+void Schedule::clear() {
+  stages_.clear();
+  crosses_.clear();
+  segments_ = {};
+  for (auto& made : recordings_)
+    if (made) made = std::make_unique<Recording>();
+  closed_ = ran_whole_ = ran_substeps_ = false;
+  ++made_;
+}
+
 void Schedule::select(std::size_t choice) {
   choice_ = choice;
   if (recordings_.size() <= choice) recordings_.resize(choice + 1);

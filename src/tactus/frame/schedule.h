@@ -51,12 +51,16 @@ class Schedule {
 
   /// Numbers of substeps are multiples of this.
   int unit() const { return unit_; }
-  /// How often the frame was put together for replay: 1, unless select() or record_anew() was called.
+  /// How often the frame was put together for replay: 1, unless select(), record_anew() or clear() was
+  /// called.
   int recordings() const { return made_; }
   /// Whether the next frame replays a recording.
   bool replays() const;
   /// After a buffer moved or grew.
   void record_anew();
+  /// All stages are added anew, then close() again: what they submit has changed between two frames. Nothing
+  /// may be on the way.
+  void clear();
   /// Which of several sets of submissions the stages make from now on; before a run with new images.
   /// @param choice 0: the first
   void select(std::size_t choice);

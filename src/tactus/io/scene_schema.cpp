@@ -226,8 +226,10 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
              "whether `blades` cut its elements; it needs memory for copies of cubes. Cubes with nodes that "
              "are moved, loaded or of shape matching are never cut"},
             b.cuttable);
-  v.integer_or_auto({"cut_capacity", "copies of cubes that cuts may make, two or more per cube that is cut"},
-                    b.cut_capacity, {"", 8, 10000000}, "a quarter of the cubes, at least 2000");
+  v.integer_or_auto(
+      {"cut_capacity", "most copies of cubes that cuts may make, two or more per cube that is cut"},
+      b.cut_capacity, {"", 8, 10000000},
+      "no limit: the body begins with a quarter of its cubes, at least 2000, and grows");
   v.real_or_auto(
       {"cut_energy_j_m2",
        "work that a new wall takes, per area: liver 164 (Gokgol et al. 2012). The score reports the "

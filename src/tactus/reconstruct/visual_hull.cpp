@@ -311,6 +311,7 @@ std::string HullOverflow::text(const std::string& as) const {
 }
 
 void VisualHull::add_reports(Readback& readback) {
+  impl_->counts_report.clear();
   for (int p = 0; p < impl_->devices.count(); ++p)
     impl_->counts_report.push_back(readback.add(impl_->part(p).counts.const_view(), p));
 }

@@ -65,6 +65,7 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
                 .submit = [this](BlockPlace) { liquid_.end_frame(); }});
   report_ = readback.add(liquid_.report_view());
   impulses_ = readback.add(liquid_.wall_impulses_N_s());
+  layers_.clear();
   for (int p = 0; p < liquid_.part_count(); ++p) layers_.push_back(readback.add(liquid_.layers(p), p));
   for (Felt& felt : bodies_)
     if (felt.wounds) felt.ledgers = readback.add(felt.wounds->ledgers());

@@ -92,6 +92,16 @@ void SceneFilm::add_body(SoftBody& body) {
       .body = &body;
 }
 
+void SceneFilm::renew(SoftBody& body) {
+  const auto known =
+      std::find_if(coats_.begin(), coats_.end(), [&](const Coat& c) { return c.body == &body; });
+  if (known == coats_.end()) return;
+  const auto place = static_cast<std::size_t>(known - coats_.begin());
+  add_body(body);
+  coats_[place] = std::move(coats_.back());
+  coats_.pop_back();
+}
+
 void SceneFilm::add_obstacles(std::span<const ObstacleDescription> obstacles, std::vector<Notice>& notices) {
   constexpr Index kFloor = 1 << 2;  // of open_faces
   const LiquidSettings& liquid = liquid_.settings();

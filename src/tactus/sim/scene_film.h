@@ -28,6 +28,8 @@ class SceneFilm {
   SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid);
   /// Its walls stop the liquid, too. Both must outlive the schedule's runs.
   void add_body(SoftBody& body);
+  /// Once the body was rebuilt: its film is dry, and as it was added. Stages are added anew.
+  void renew(SoftBody& body);
   /// And on the floor of the liquid's box. @param notices for those that are too large
   void add_obstacles(std::span<const ObstacleDescription> obstacles, std::vector<Notice>& notices);
   /// Both must outlive this. @param mesh of the real surface: views that stay @param cell_m its voxels

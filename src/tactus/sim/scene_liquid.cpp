@@ -204,6 +204,7 @@ void SceneLiquid::add_body(SoftBody& body, Index collider) {
   }
   Felt& felt = bodies_.emplace_back();
   felt.body = &body;
+  felt.collider = collider;
   felt.walls = std::make_unique<BodyWalls>(devices_, liquid_.part_count(), surface, collider, d,
                                            liquid_.settings().max_particles);
   const Index pieces = body.cuts() != nullptr ? body.cuts()->keep_wounds(d) : 0;
@@ -218,6 +219,20 @@ void SceneLiquid::add_body(SoftBody& body, Index collider) {
                          .spacing_m = d,
                          .max_pieces = pieces});
   felt.hits = Buffer<WallHit>(ctx.device(), std::int64_t{kWallSides} * pieces);
+}
+
+void SceneLiquid::renew(SoftBody& body) {
+  const auto known =
+      std::find_if(bodies_.begin(), bodies_.end(), [&](const Felt& felt) { return felt.body == &body; });
+  if (known == bodies_.end()) return;
+  const auto place = static_cast<std::size_t>(known - bodies_.begin());
+  const bool was_full = known->was_full, was_late = known->was_late;
+  add_body(body, known->collider);
+  bodies_[place] = std::move(bodies_.back());
+  bodies_.pop_back();
+  bodies_[place].was_full = was_full;
+  bodies_[place].was_late = was_late;
+  if (film_) film_->renew(body);
 }
 
 void SceneLiquid::follow_cut(SoftBody& body, std::vector<Notice>& notices) {
@@ -336,6 +351,10 @@ void SceneLiquid::archive(StateArchive& a) {
   a.check(pace_.fastest_m_s >= 0 && pace_.longest_step_s > 0 && pace_.growth >= 0 && pace_.growth < kMost &&
               pace_.for_excess >= 0 && pace_.for_excess < kMost,
           "pace");
+  archive_of_bodies(a);
+}
+
+void SceneLiquid::archive_of_bodies(StateArchive& a) {
   for (Felt& felt : bodies_) {
     if (!felt.wounds) continue;
     a.set_owner("wounds of body '" + felt.body->name() + "'");

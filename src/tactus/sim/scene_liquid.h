@@ -98,6 +98,10 @@ class SceneLiquid {
   /// When a body was cut, between frames. Synchronizes.
   void follow_cut(SoftBody& body, std::vector<Notice>& notices);
 
+  /// Once the body was rebuilt, between frames: the liquid feels it as it was made. Stages are added anew.
+  /// Synchronizes.
+  void renew(SoftBody& body);
+
   /// Evens out the work of devices, after a frame that was waited for.
   void balance(const Readback& readback);
 
@@ -106,6 +110,8 @@ class SceneLiquid {
   std::vector<Vec3f> positions_m() const;
   /// Where bodies were cut, call this once they have these cuts and the liquid follows them.
   void archive(StateArchive& a);
+  /// What is kept of bodies alone: wounds and films. Likewise.
+  void archive_of_bodies(StateArchive& a);
 
  private:
   /// With two, a pool of 26 layers boils: Liquid.IsCalmerWithThreeIterationsThanWithTwo.
@@ -122,6 +128,7 @@ class SceneLiquid {
   /// A body that the liquid and it push.
   struct Felt {
     SoftBody* body = nullptr;
+    Index collider = 0;
     std::unique_ptr<BodyWalls> walls = nullptr;
     std::unique_ptr<Wounds> wounds = nullptr;  ///< where it bleeds
     Buffer<WallHit> hits = {};                 ///< of the places where those may bleed, on any body

@@ -2,7 +2,6 @@
 #include <algorithm>
 
 #include "tactus/base/error.h"
-#include "tactus/sim/body/body_cuts.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
@@ -17,19 +16,9 @@ void World::Impl::archive_cuts(StateArchive& a) {
   a.set_owner("blades");
   a.value("strips", cut_frame_);
   archive_scores(a);
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    SoftBody& body = *bodies_[k];
-    if (body.cuts() == nullptr) continue;
-    body.cuts()->archive(
-        context(), a,
-        [&](const TopologyChange& change, std::span<const PointChange> points) {
-          touching_.apply(static_cast<Index>(k), body.cuts()->cutter(), change, points);
-        },
-        [&] {
-          std::vector<Notice> reported_before;
-          follow_cuts(k, reported_before);
-        });
-  }
+  archive_capacities(a);
+  for (std::size_t k = 0; k < bodies_.size(); ++k)
+    if (bodies_[k]->cuts() != nullptr) archive_cuts_of(k, a, true);
 }
 
 /// Archives the results of the blades' strokes so far.

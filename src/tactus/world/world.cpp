@@ -232,8 +232,8 @@ std::optional<StepReport> World::Impl::continue_step() {
   StepReport& report = frame.report;
   if (report.substeps > 0) report.contact.contacts_per_substep /= report.substeps;
   if (grab_) report.grab_N = bodies_[grabbed_]->spring().mean_force_N(report.dt_s);
+  collect(report);  // before a body grows: then the records that it left are gone
   cut_bodies(clock_.simulated_s() - report.dt_s, clock_.simulated_s(), report);
-  collect(report);
   if (frame.is_new) note_latency();
   timings_.add("frame", frame.begin_s, now_s());
   return std::move(report);

@@ -1,6 +1,7 @@
 // Cuts of bodies by blades between two frames.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
@@ -17,9 +18,10 @@ constexpr float kLongestStrip_m = 0.2F;
 Notice full_notice(const std::string& who, const SoftBody& body) {
   constexpr int kStrokes = 50;
   return {"cut.full", Severity::warning,
-          who + ": there is no capacity for more copies of cubes than " +
-              std::to_string(body.cuts()->cutter().lattice().copies_in_use()) + "; the rest is not cut",
-          "raise 'cut_capacity' of the body: " +
+          who + ": there is no capacity for more copies of cubes than the " +
+              std::to_string(body.cuts()->cutter().lattice().copies_in_use()) +
+              " that it has; the rest is not cut",
+          "raise 'cut_capacity' of the body, or leave it out, so that capacity grows: " +
               std::to_string(copies_of_strokes(body.shape().lattice.regular_cubes(), kStrokes)) + " hold " +
               std::to_string(kStrokes) + " straight strokes through all of it"};
 }
@@ -49,14 +51,10 @@ cut::BladeStrip World::Impl::strip_of(std::size_t b, double from_s, double to_s)
 void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
   if (scene_.blades.empty() || !(to_s > from_s)) return;
   const StageTimer timer(timings_, "cut");
-  ExecContext& ctx = devices_.context(0);
   ++cut_frame_;
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    const auto& body = bodies_[k];
-    if (body->cuts() == nullptr || body->status().is_frozen) continue;
-    const auto touch = [&](const TopologyChange& change, std::span<const PointChange> points) {
-      touching_.apply(static_cast<Index>(k), body->cuts()->cutter(), change, points);
-    };
+    SoftBody& body = *bodies_[k];
+    if (body.cuts() == nullptr || body.status().is_frozen) continue;
     bool has_changed = false;
     for (std::size_t b = 0; b < scene_.blades.size(); ++b) {
       const BladeDescription& blade = scene_.blades[b];
@@ -73,29 +71,55 @@ void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
                                                : "give its path more time, or frames less ('frame.dt_s')"});
         continue;
       }
-      CutScore& score = stroke_of(blade.name, body->name(), from_s);
-      body->cuts()->begin_stroke(score.stroke, cut_frame_);
-      const cut::CutReport cut = body->cuts()->cut(ctx, b, strip, touch);
-      has_changed = has_changed || cut.cut_cubes > 0;
-      const std::string who = "blade '" + blade.name + "' in body '" + body->name() + "'";
-      if (cut.is_full && reported_cuts_.insert("body '" + body->name() + "' is full").second)
-        report.notices.push_back(full_notice(who, *body));
-      if (cut.is_refused && reported_cuts_.insert(who + "refused").second)
-        report.notices.push_back(
-            {"cut.refused", Severity::warning,
-             who + " meets cubes that are moved, loaded or of shape matching; they are not cut",
-             "make them elements, or lead the blade past them"});
-      if (cut.cut_cubes > 0)
-        add_cut(strip, cut, from_s, to_s, score);
-      else if (score.cut_cubes == 0)
-        cuts_.pop_back();
-      else
-        score.pending_m += displacement_m(strip);
+      has_changed = cut_body(k, b, strip, from_s, to_s, report) || has_changed;
     }
-    body->cuts()->remember_nodes();
+    body.cuts()->remember_nodes();
     if (has_changed) follow_cuts(k, report.notices);
   }
   tools_.strips.clear();
+}
+
+bool World::Impl::cut_body(std::size_t k, std::size_t b, const cut::BladeStrip& strip, double from_s,
+                           double to_s, StepReport& report) {
+  const BladeDescription& blade = scene_.blades[b];
+  SoftBody& body = *bodies_[k];
+  const auto touch = [&](const TopologyChange& change, std::span<const PointChange> points) {
+    touching_.apply(static_cast<Index>(k), body.cuts()->cutter(), change, points);
+  };
+  CutScore& score = stroke_of(blade.name, body.name(), from_s);
+  body.cuts()->begin_stroke(score.stroke, cut_frame_);
+  cut::CutReport cut = body.cuts()->cut(context(), b, strip, touch);
+  while (cut.is_full && cut.cut_cubes == 0 && grow(k, true)) {
+    const bool is_refused = cut.is_refused;
+    body.cuts()->begin_stroke(score.stroke, cut_frame_);
+    cut = body.cuts()->go_on(context(), touch);
+    cut.is_refused = is_refused;
+  }
+  const std::string who = "blade '" + blade.name + "' in body '" + body.name() + "'";
+  if (cut.is_full) report_full(who, body, from_s, report.notices);
+  if (cut.is_refused && reported_cuts_.insert(who + "refused").second)
+    report.notices.push_back(
+        {"cut.refused", Severity::warning,
+         who + " meets cubes that are moved, loaded or of shape matching; they are not cut",
+         "make them elements, or lead the blade past them"});
+  if (cut.cut_cubes > 0)
+    add_cut(strip, cut, from_s, to_s, score);
+  else if (score.cut_cubes == 0)
+    cuts_.pop_back();
+  else
+    score.pending_m += displacement_m(strip);
+  return cut.cut_cubes > 0;
+}
+
+/// One notice a stroke, and one for strokes that find a body full in the same frame.
+void World::Impl::report_full(const std::string& who, const SoftBody& body, double from_s,
+                              std::vector<Notice>& notices) {
+  const auto was_told = [&](const std::string& of, double pause_s) {
+    const auto [known, is_first] = full_s_.try_emplace(of, from_s);
+    return !is_first && from_s - std::exchange(known->second, from_s) <= pause_s;
+  };
+  const bool goes_on = was_told(who, kStrokePause_s), is_in_frame = was_told(body.name(), 0);
+  if (!goes_on && !is_in_frame) notices.push_back(full_notice(who, body));
 }
 
 /// Lets the probes in a body, and the liquid round it, follow its cuts.

@@ -1,6 +1,7 @@
 #pragma once
 /// The inside of a World, for the rest of the library.
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -61,6 +62,10 @@ struct World::Impl {
   std::vector<std::vector<MotionForce>> motion_forces();
 
   void archive(StateArchive& a, const FrameSet* last);
+  /// Between frames: doubles a body's capacity for cuts, which changes nothing else. Synchronizes.
+  /// @param in_frame the body will be cut once more in the frame that ends
+  /// @returns whether it may grow
+  bool grow(std::size_t body, bool in_frame);
 
   const std::vector<CutScore>& cuts() const { return cuts_; }
   std::vector<StrokeResult> stroke_results() const;
@@ -163,6 +168,16 @@ struct World::Impl {
   static void add_cut(const cut::BladeStrip& strip, const cut::CutReport& cut, double from_s, double to_s,
                       CutScore& score);
   void follow_cuts(std::size_t body, std::vector<Notice>& notices);
+  /// @returns whether the body has changed
+  bool cut_body(std::size_t body, std::size_t blade, const cut::BladeStrip& strip, double from_s, double to_s,
+                StepReport& report);
+  void report_full(const std::string& who, const SoftBody& body, double from_s, std::vector<Notice>& notices);
+  // world_growth.cpp
+  void rebuild(const std::vector<Index>& capacities);
+  std::vector<Index> cut_capacities() const;
+  void archive_capacities(StateArchive& a);
+  void archive_cut_bodies(StateArchive& a, std::size_t goes_on);
+  void archive_cuts_of(std::size_t body, StateArchive& a, bool ends_frame);
   // world_grab.cpp
   void attach(const Grab& grab);
   void release_grab();
@@ -220,8 +235,9 @@ struct World::Impl {
   std::vector<CutScore> cuts_;
   std::vector<PlannedLine> plans_;
   int cut_frame_ = 0;
-  std::vector<Notice> start_notices_;    ///< for the first frame to tell
-  std::set<std::string> reported_cuts_;  ///< notices given of blades and bodies
+  std::vector<Notice> start_notices_;     ///< for the first frame to tell
+  std::set<std::string> reported_cuts_;   ///< notices given of blades and bodies
+  std::map<std::string, double> full_s_;  ///< when a blade, or one in a body, found no capacity last
   SubstepChoice substep_choice_;
   SceneParameters parameters_;
   Timings timings_;

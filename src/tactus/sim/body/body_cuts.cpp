@@ -44,6 +44,7 @@ BodyCuts::BodyCuts(ExecContext& ctx, const CutTargets& targets, const BodyBounda
       cutter_(targets.shape.lattice, may_cut(targets.shape, targets.tissue), targets.shape.surface_m,
               to_host(ctx, targets.surface.anchors()), capacity_of(targets.shape)) {
   cutter_.take_capacity_for(change_);
+  if (!targets.description.cut_capacity) cutter_.keep_spare();
   if (boundary == nullptr) return;
   const CubeLattice& lattice = targets.shape.lattice;
   points_ = cut::CutPoints(lattice, boundary->points, boundary->anchors, boundary->bearing,
@@ -81,11 +82,26 @@ cut::CutReport BodyCuts::cut(ExecContext& ctx, std::size_t blade, const cut::Bla
   }
   if (x_m_.empty()) x_m_ = to_host(ctx, body_.tissue.body().x_m.const_view());
   cut::CutReport report = cutter_.cut(trail, strip, last_x_m_.empty() ? x_m_ : last_x_m_, x_m_, change_);
-  journal_origins_.resize(cutter_.lattice().journals().size(), {stroke_, frame_});
+  const bool is_refused = report.is_full && change_.copies.empty();
+  journal_origins_.resize(cutter_.lattice().journals().size(), {stroke_, frame_, is_refused ? 1 : 0});
+  return take_over(ctx, report, observer);
+}
+
+cut::CutReport BodyCuts::go_on(ExecContext& ctx, const Observer& observer) {
+  const cut::CutReport report = cutter_.go_on(change_);
+  const bool is_refused = report.is_full && change_.copies.empty();
+  if (!is_refused && !journal_origins_.empty()) journal_origins_.back().is_refused = 0;
+  return take_over(ctx, report, observer);
+}
+
+/// Whoever follows the body takes over what the last strip changed.
+cut::CutReport BodyCuts::take_over(ExecContext& ctx, cut::CutReport report, const Observer& observer) {
   if (change_.copies.empty()) return report;
   do follow(ctx, change_, observer);
   while (cutter_.match_parts(change_));
-  report.is_full = report.is_full || points_.is_full();
+  has_left_out_ = has_left_out_ || cutter_.lattice().has_left_islands() || cutter_.surface().is_full() ||
+                  points_.is_full() || wounds_.is_full();
+  report.is_full = report.is_full || has_left_out_;
   body_.surface.update(ctx, body_.tissue.body());
   return report;
 }

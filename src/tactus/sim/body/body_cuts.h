@@ -50,6 +50,12 @@ class BodyCuts {
   /// @param blade number of the blade
   cut::CutReport cut(ExecContext& ctx, std::size_t blade, const cut::BladeStrip& strip,
                      const Observer& observer = {});
+  /// Makes the cuts that found no capacity, now that there is some: a body that grew has the cuts of the one
+  /// that was full by archive(). Likewise.
+  cut::CutReport go_on(ExecContext& ctx, const Observer& observer = {});
+  /// Whether archive() makes the same cuts in a body with more capacity. Not so where something was left out,
+  /// for want of it, of cuts that were made.
+  bool can_grow() const { return !has_left_out_; }
   /// After all blades cut in a frame.
   void remember_nodes();
   /// Cuts from now on count to this stroke, 0, 1, .. of the body.
@@ -62,7 +68,7 @@ class BodyCuts {
   /// @param end_frame when all cuts of a frame were done
   /// @throws Error when the archive is another body's.
   void archive(ExecContext& ctx, StateArchive& a, const Observer& observer,
-               const std::function<void()>& end_frame);
+               const std::function<void(int frame)>& end_frame);
   /// A point moves with the copy that has its material now.
   void follow(BodyPoint& point) const;
 
@@ -92,7 +98,17 @@ class BodyCuts {
 
  private:
   bool is_far(const cut::BladeStrip& strip) const;
+  /// Which stroke, in which frame, made each journal of the cutter.
+  struct JournalOrigin {
+    Index stroke = 0;
+    std::int32_t frame = 0;
+    Index is_refused = 0;  ///< there was no capacity: the next one makes its cuts, too
+  };
   void archive_trails(StateArchive& a);
+  void archive_nodes(StateArchive& a);
+  void do_again(ExecContext& ctx, const cut::LatticeCutter::Journal& journal, const JournalOrigin& origin,
+                const Observer& observer);
+  cut::CutReport take_over(ExecContext& ctx, cut::CutReport report, const Observer& observer);
   void follow(ExecContext& ctx, const TopologyChange& change, const Observer& observer);
 
   CutTargets body_;
@@ -103,12 +119,8 @@ class BodyCuts {
   Index stroke_ = 0;
   int frame_ = 0;
   std::vector<std::vector<std::array<Vec3d, 3>>> stroke_walls_;  ///< per stroke
-  /// Which stroke, in which frame, made each journal of the cutter.
-  struct JournalOrigin {
-    Index stroke = 0;
-    std::int32_t frame = 0;
-  };
   std::vector<JournalOrigin> journal_origins_;
+  bool has_left_out_ = false;
   float wound_spacing_m_ = 0;  ///< 0: no wounds are kept
   /// Ids that cuts changed since take_wall_change().
   struct WallChangeIds {

@@ -27,10 +27,25 @@ void archive_list(StateArchive& a, const char* name, std::vector<T>& list, Index
   a.values(name, list);
 }
 
+/// Nodes that there was no capacity for are where the last one is: none of them was in use.
+template <class T>
+void extend(std::vector<T>& of_nodes, Index count) {
+  if (!of_nodes.empty()) of_nodes.resize(static_cast<std::size_t>(count), T{of_nodes.back()});
+}
+
 }  // namespace
 
+/// Where blades found the nodes, while they cut and in the frame before.
+void BodyCuts::archive_nodes(StateArchive& a) {
+  const Index count = body_.shape.lattice.node_count();
+  archive_list(a, "nodes while blades cut", x_m_, count);
+  archive_list(a, "nodes when blades cut last", last_x_m_, count);
+  extend(x_m_, count);
+  extend(last_x_m_, count);
+}
+
 void BodyCuts::archive(ExecContext& ctx, StateArchive& a, const Observer& observer,
-                       const std::function<void()>& end_frame) {
+                       const std::function<void(int frame)>& end_frame) {
   a.set_owner("cuts of body '" + body_.description.name + "'");
   std::vector<Index> edges_of, cubes_of, cubes;
   std::vector<Journal::Edge> edges;
@@ -50,14 +65,13 @@ void BodyCuts::archive(ExecContext& ctx, StateArchive& a, const Observer& observ
   a.check(edges_of.size() == cubes_of.size(), "cubes of strips");
   archive_list(a, "strokes of strips", origins, size_of(edges_of));
   a.check(edges_of.size() == origins.size(), "strokes of strips");
-  archive_list(a, "nodes when blades cut last", last_x_m_, body_.shape.lattice.node_count());
-  a.check(last_x_m_.empty() || size_of(last_x_m_) == body_.shape.lattice.node_count(),
-          "nodes when blades cut last");
+  archive_nodes(a);
   std::vector<cut::LatticeCutter::KeptOff> kept_off = cutter_.lattice().kept_off();
   archive_list(a, "nodes that are kept off blades", kept_off, body_.shape.lattice.node_count());
   archive_trails(a);
   if (!a.reads()) return;
   auto trails = std::exchange(trails_, {});
+  auto x_m = std::exchange(x_m_, {}), last_x_m = std::exchange(last_x_m_, {});
   auto edge = edges.begin();
   auto cube = cubes.begin();
   for (std::size_t k = 0; k < edges_of.size(); ++k) {
@@ -67,20 +81,25 @@ void BodyCuts::archive(ExecContext& ctx, StateArchive& a, const Observer& observ
     edge += edges_of[k];
     cube += cubes_of[k];
     a.check(origins[k].stroke >= 0 && origins[k].stroke < kMostStrokes, "strokes of strips");
-    begin_stroke(origins[k].stroke, origins[k].frame);
-    journal_origins_.push_back(origins[k]);
-    cutter_.cut(journal, change_);
-    const std::vector<Vec3f> last_x_m = last_x_m_;
-    if (!change_.copies.empty()) {
-      do follow(ctx, change_, observer);
-      while (cutter_.match_parts(change_));
-    }
-    last_x_m_ = last_x_m;
-    if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame();
+    do_again(ctx, journal, origins[k], observer);
+    if (k + 1 == origins.size() || origins[k + 1].frame != origins[k].frame) end_frame(origins[k].frame);
   }
   cutter_.keep_off(kept_off);
   trails_ = std::move(trails);
+  x_m_ = std::move(x_m);
+  last_x_m_ = std::move(last_x_m);
   body_.surface.update(ctx, body_.tissue.body());
+}
+
+void BodyCuts::do_again(ExecContext& ctx, const Journal& journal, const JournalOrigin& origin,
+                        const Observer& observer) {
+  begin_stroke(origin.stroke, origin.frame);
+  journal_origins_.push_back(origin);
+  if (origin.is_refused != 0) return cutter_.mark(journal);
+  cutter_.cut(journal, change_);
+  if (change_.copies.empty()) return;
+  do follow(ctx, change_, observer);
+  while (cutter_.match_parts(change_));
 }
 
 void BodyCuts::archive_trails(StateArchive& a) {
@@ -100,6 +119,8 @@ void BodyCuts::archive_trails(StateArchive& a) {
     archive_list(a, "parts of the edge", trail.parts, kMostTrailPoints);
     archive_list(a, "nodes of the trail", trail.nodes, body_.shape.lattice.node_count());
     archive_list(a, "names of nodes", trail.names, body_.shape.lattice.node_count());
+    extend(trail.nodes, body_.shape.lattice.node_count());
+    extend(trail.names, body_.shape.lattice.node_count());
     Index points = 1;
     for (const int part : trail.parts) {
       a.check(part >= 1 && part <= 200, "parts of the edge");

@@ -7,9 +7,13 @@
 
 namespace tactus {
 
-BodyShape with_cut_capacity(const BodyDescription& body, BodyShape shape) {
-  if (!body.cuttable) return shape;
-  const Index copies = body.cut_capacity.value_or(std::max(2000, shape.lattice.cube_count() / 4));
+Index first_cut_capacity(const BodyDescription& body, const BodyShape& shape) {
+  if (!body.cuttable) return 0;
+  return body.cut_capacity.value_or(std::max(2000, shape.lattice.cube_count() / 4));
+}
+
+BodyShape with_cut_capacity(BodyShape shape, Index copies) {
+  if (copies == 0) return shape;
   shape.lattice =
       cut_lattice(shape.lattice, [](Vec3i, int) { return false; }, {.copies = copies, .nodes = 2 * copies});
   // Capacity is made of elements: only those are cut.

@@ -5,8 +5,11 @@
 
 namespace tactus {
 
-/// The shape with places for copies of cubes, if the body is cuttable.
-BodyShape with_cut_capacity(const BodyDescription& body, BodyShape shape);
+/// Copies of cubes that the body has capacity for at first; 0: it isn't cuttable.
+Index first_cut_capacity(const BodyDescription& body, const BodyShape& shape);
+
+/// The shape with places for so many copies of cubes.
+BodyShape with_cut_capacity(BodyShape shape, Index copies);
 
 /// Copies of cubes that so many straight strokes through all of a body make, in any directions. Measured with
 /// 8 to 20 cubes across: at most 4.2 a stroke and cubes^(2/3), and 12.5 per cube after 50 strokes. This is

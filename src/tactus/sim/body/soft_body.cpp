@@ -103,21 +103,29 @@ std::unique_ptr<BodySolver> make_tissue(DeviceSet& devices, const BodyDescriptio
 
 SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, const BodyAssets& assets,
                    bool on_first_device)
-    : SoftBody(devices, body,
-               with_cut_capacity(body, make_body_shape(body, assets, memory_bytes(devices.device(0)))),
+    : SoftBody(devices, body, make_body_shape(body, assets, memory_bytes(devices.device(0))),
                on_first_device) {}
 
 SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device)
     : description_(body),
       built_young_Pa_(body.material.young_modulus_pa),
-      shape_(std::move(shape)),
+      uncut_(body.cuttable ? shape : BodyShape{}),
+      shape_(with_cut_capacity(std::move(shape), first_cut_capacity(body, uncut_))),
       built_materials_(shape_.materials),
       devices_(devices),
       on_first_device_(on_first_device) {
-  const TledOptions elements = element_options(body.material, shape_);
-  tissue_ = make_tissue(devices, body, shape_, elements, on_first_device);
-  frame_begin_x_m_ = Buffer<Vec3f>(devices.device(0), shape_.lattice.node_count());
-  surface_ = std::make_unique<EmbeddedSurface>(devices.context(0), shape_.lattice, shape_.surface_m, 1.F,
+  make_parts();
+  for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
+  for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
+}
+
+void SoftBody::make_parts() {
+  BodyDescription built = description_;
+  built.material.young_modulus_pa = built_young_Pa_;
+  const TledOptions elements = element_options(built.material, shape_);
+  tissue_ = make_tissue(devices_, built, shape_, elements, on_first_device_);
+  frame_begin_x_m_ = Buffer<Vec3f>(devices_.device(0), shape_.lattice.node_count());
+  surface_ = std::make_unique<EmbeddedSurface>(devices_.context(0), shape_.lattice, shape_.surface_m, 1.F,
                                                surface_capacity(shape_.lattice, shape_.surface_m));
   points_ = std::make_unique<SlabPoints>();
   pull_ = std::make_unique<BodyPull>();
@@ -125,9 +133,28 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
   places_ = std::make_unique<BodyPlaces>(description_, shape_, *tissue_, *points_);
   steps_ = std::make_unique<BodySteps>(description_, shape_, *tissue_, status_, *places_);
   find_largest_energy();
-  for (const std::string& warning : shape_.warnings) log_warning("body '" + name() + "': " + warning);
-  for (const NodeMotion& motion : shape_.motions) warn_of_fast_motion(motion);
   make_points_and_cuts();
+}
+
+bool SoftBody::may_grow() const {
+  constexpr Index kMostCopies = 10'000'000;  // as of the scene's key
+  return cuts_ != nullptr && !description_.cut_capacity && cuts_->can_grow() &&
+         static_cast<Index>(shape_.lattice.copies.size()) <= kMostCopies / 2;
+}
+
+void SoftBody::rebuild(Index copies) {
+  const double young_Pa = description_.material.young_modulus_pa;
+  cuts_.reset();  // the old parts go first: there may be no memory for both
+  steps_.reset();
+  places_.reset();
+  measures_.reset();
+  pull_.reset();
+  points_.reset();
+  surface_.reset();
+  tissue_.reset();
+  shape_ = with_cut_capacity(uncut_, copies);
+  make_parts();
+  if (young_Pa != built_young_Pa_) set_young_modulus_Pa(young_Pa);
 }
 
 SoftBody::~SoftBody() = default;

@@ -97,6 +97,11 @@ class SoftBody {
   /// All of its state that a run goes on from. Synchronizes. @throws Error when the archive is another
   /// body's.
   void archive(StateArchive& a);
+  /// Whether it may get capacity for more: the scene sets no limit, and its cuts can be made once more.
+  bool may_grow() const;
+  /// A cuttable body gets this capacity, and is as it was made: without cuts, at rest. All its parts are new
+  /// ones; their stages are added, and archive() is called, after that. Synchronizes.
+  void rebuild(Index copies);
 
  private:
   SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape shape, bool on_first_device);
@@ -108,11 +113,13 @@ class SoftBody {
   void find_largest_energy();
   /// "" or why the body's state is none that its material could reach.
   std::string impossible_state() const;
+  void make_parts();
   void make_points_and_cuts();
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
   BodyDescription description_;
   double built_young_Pa_;
+  BodyShape uncut_;  ///< without capacity, of a cuttable one
   BodyShape shape_;
   std::vector<ElasticMaterial> built_materials_;  ///< shape_'s, before Young's modulus was set
   DeviceSet& devices_;

@@ -75,6 +75,19 @@ TouchingBodies::TouchingBodies(ExecContext& ctx, const std::vector<std::unique_p
       if (overlap) warn_of_overlap(*bodies[a], *bodies[b], *overlap, touch);
     }
   }
+  rebuild(bodies, contact);
+  every_ = contact.every;
+  if (pairs_ && frame.substeps && *frame.substeps % every_ != 0)
+    throw usage_error("'frame.substeps' is " + std::to_string(*frame.substeps) +
+                      ", expected a multiple of 'contact.every', " + std::to_string(every_));
+}
+
+void TouchingBodies::rebuild(const std::vector<std::unique_ptr<SoftBody>>& bodies,
+                             const ContactDescription& contact) {
+  pairs_.reset();
+  body_of_.clear();
+  nodes_.clear();
+  solid_.clear();
   std::vector<std::vector<EmbeddedPoint>> points;
   std::vector<PairedBody> all;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -88,7 +101,7 @@ TouchingBodies::TouchingBodies(ExecContext& ctx, const std::vector<std::unique_p
   if (!touch_themselves && !(contact.bodies && body_of_.size() > 1)) return;
   std::vector<RestSolid> solids(body_of_.size());
   for (const Index b : body_of_)
-    points.push_back(to_host(ctx, bodies[static_cast<std::size_t>(b)]->points().points(0).table().points));
+    points.push_back(to_host(ctx_, bodies[static_cast<std::size_t>(b)]->points().points(0).table().points));
   for (std::size_t k = 0; k < body_of_.size(); ++k) {
     SoftBody& body = *bodies[static_cast<std::size_t>(body_of_[k])];
     const BodyShape& shape = body.shape();
@@ -107,14 +120,10 @@ TouchingBodies::TouchingBodies(ExecContext& ctx, const std::vector<std::unique_p
                    .walls_touch = contact.cut_walls,
                    .solid = body.cuts() != nullptr ? &solids[k] : nullptr});
   }
-  pairs_ = std::make_unique<BodyPairs>(ctx, all,
+  pairs_ = std::make_unique<BodyPairs>(ctx_, all,
                                        ContactSettings{.restitution = static_cast<float>(contact.restitution),
                                                        .friction = static_cast<float>(contact.friction)},
                                        contact.bodies);
-  every_ = contact.every;
-  if (frame.substeps && *frame.substeps % every_ != 0)
-    throw usage_error("'frame.substeps' is " + std::to_string(*frame.substeps) +
-                      ", expected a multiple of 'contact.every', " + std::to_string(every_));
 }
 
 void TouchingBodies::apply(Index body, const cut::BodyCutter& cutter, const TopologyChange& change,

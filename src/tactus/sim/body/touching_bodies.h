@@ -28,6 +28,8 @@ class TouchingBodies {
   /// Warns of bodies that overlap at rest. Synchronizes.
   TouchingBodies(ExecContext& ctx, const std::vector<std::unique_ptr<SoftBody>>& bodies,
                  const ContactDescription& contact, const FrameDescription& frame);
+  /// Once bodies were rebuilt: their contact is as it was made, and stages are added anew. Synchronizes.
+  void rebuild(const std::vector<std::unique_ptr<SoftBody>>& bodies, const ContactDescription& contact);
   /// After the stages of the bodies. `contact` and this must outlive the schedule's runs.
   void add_stages(Schedule& schedule, Readback& readback, const Contact& contact);
   /// As Contact::set_response.

@@ -32,10 +32,16 @@ CutReport BodyCutter::cut(BladeTrail& trail, const BladeStrip& strip, std::span<
   return report;
 }
 
+bool BodyCutter::has_capacity(Index copies) const {
+  constexpr Index kForIslands = 64;
+  const Index left = static_cast<Index>(lattice_.lattice().copies.size()) - lattice_.copies_in_use();
+  return surface_.has_capacity(copies / 2) && (!keeps_spare_ || 2 * copies + kForIslands <= left);
+}
+
 CutReport BodyCutter::cut_marked(TopologyChange& change) {
   CutReport report;
   change.clear();
-  const auto stages = lattice_.splits([&](Index copies) { return surface_.has_capacity(copies / 2); });
+  const auto stages = lattice_.splits([&](Index copies) { return has_capacity(copies); });
   report.is_full = lattice_.is_full();
   if (stages.empty()) return report;
   const double area_before = surface_.wall_area();

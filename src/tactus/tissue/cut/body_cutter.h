@@ -40,6 +40,13 @@ class BodyCutter {
     lattice_.mark(journal);
     return cut_marked(change);
   }
+  /// A strip that found no capacity. @throws Error.
+  void mark(const LatticeCutter::Journal& journal) { lattice_.mark(journal); }
+  /// Cuts of strips that found no capacity are made, once there is some.
+  CutReport go_on(TopologyChange& change) { return cut_marked(change); }
+  /// From now on, a strip finds no capacity where less than as much again would be left for the islands that
+  /// it makes.
+  void keep_spare() { keeps_spare_ = true; }
 
   /// After cut(), as long as it changes something, so that each part of the lattice has one closed surface:
   /// parts a piece of the surface from the part that it moves with, if that has a larger one, or joins parts
@@ -59,8 +66,10 @@ class BodyCutter {
 
  private:
   CutReport cut_marked(TopologyChange& change);
+  bool has_capacity(Index copies) const;
   LatticeCutter lattice_;
   CutSurface surface_;
+  bool keeps_spare_ = false;
 };
 
 }  // namespace tactus::cut

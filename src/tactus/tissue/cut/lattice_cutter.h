@@ -103,6 +103,8 @@ class LatticeCutter {
   /// stay
   std::span<const std::vector<CubeSplit>> splits(const std::function<bool(Index copies)>& has_capacity = {});
   bool is_full() const { return is_full_; }
+  /// part_island() found no capacity once: the island goes on with the part that it was in.
+  bool has_left_islands() const { return has_left_islands_; }
   /// In place of splits(): material of a closed surface falls off. Its copies share nodes with one another,
   /// but none with others from now on, though these may own the same corners.
   /// @param is_whole per cube: part[0] has nothing
@@ -276,7 +278,7 @@ class LatticeCutter {
   std::size_t stage_count_ = 0;
   std::vector<Index> found_, root_;
   Index next_copy_, next_node_;
-  bool is_full_ = false;
+  bool is_full_ = false, has_left_islands_ = false;
 };
 
 }  // namespace tactus::cut

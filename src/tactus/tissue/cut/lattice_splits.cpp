@@ -214,8 +214,9 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::part_island(std::span<con
       parts += std::popcount(static_cast<unsigned>(corners(other)));
     return at(parts) <= kMostLive;
   };
-  is_full_ = next + 2 * static_cast<Index>(cubes.size()) > lattice_.cube_count() ||
-             !std::all_of(cubes.begin(), cubes.end(), has_capacity);
+  const bool has_copies = next + 2 * static_cast<Index>(cubes.size()) <= lattice_.cube_count();
+  has_left_islands_ = has_left_islands_ || !has_copies;
+  is_full_ = !has_copies || !std::all_of(cubes.begin(), cubes.end(), has_capacity);
   if (is_full_) return {};
   ++islands_;
   for (std::size_t k = 0; k < cubes.size(); ++k) {
@@ -228,6 +229,7 @@ std::span<const std::vector<CubeSplit>> LatticeCutter::part_island(std::span<con
     next += 2;
   }
   is_full_ = !fits();
+  has_left_islands_ = has_left_islands_ || is_full_;
   if (is_full_) {
     for (Index copy = next_copy_; copy < next; ++copy)
       lattice_.copies[at(copy - lattice_.regular_cubes())] = {};
