@@ -1,8 +1,9 @@
 /// A body that gets capacity for more cuts is the body that had it from the start.
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <random>
 
