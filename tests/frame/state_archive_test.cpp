@@ -40,6 +40,23 @@ TEST(StateArchive, IsReadAsItWasWritten) {
   EXPECT_EQ(clock.x, (std::vector<float>{1, 2, 3}));
 }
 
+/// Lists that are longer now keep what they have behind what was written; nothing may be shorter.
+TEST(StateArchive, IsReadByWhatHasMoreCapacity) {
+  StateArchive a;
+  Clock clock{1.5, 7, {1, 2, 3}};
+  clock.archive(a);
+  Clock larger{0, 0, {9, 9, 9, 4, 5}};
+  StateArchive read = StateArchive::for_larger(a);
+  larger.archive(read);
+  EXPECT_EQ(larger.frames, 7);
+  EXPECT_EQ(larger.x, (std::vector<float>{1, 2, 3, 4, 5}));
+  StateArchive again = StateArchive::for_larger(a);
+  Clock smaller{0, 0, {9, 9}};
+  EXPECT_NE(
+      message_of([&] { smaller.archive(again); }, ErrorKind::usage).find("'clock: positions' of 12 bytes"),
+      std::string::npos);
+}
+
 /// Every file that is not what was written has one message, whatever byte was lost or changed.
 TEST(StateArchive, WhatIsNotItIsNamed) {
   const std::string good = written();

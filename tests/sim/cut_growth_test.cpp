@@ -10,6 +10,7 @@
 #include "support/device_sets.h"
 #include "support/filmed_world.h"
 #include "tactus/geom/figures/figures.h"
+#include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/sim/body/body_cuts.h"
 #include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/world/world.h"
@@ -232,6 +233,47 @@ TEST_P(CutGrowthOnDevices, HappensWhenStrokesNeedIt) {
                second = play(GetParam(), scene, kFrames - 3, kFrames, -1, first.state);
   EXPECT_EQ(first.capacity, 4000);
   EXPECT_EQ(second.hash, grown.hash);
+}
+
+/// A ball, seen by cameras, comes down onto the stack while it is cut: its surface stays when stages are
+/// added anew.
+TEST_P(CutGrowthOnDevices, KeepsTheSurfaceThatCamerasSee) {
+  Scene scene = stack_scene();
+  scene.reconstruction.resolution = 32;
+  constexpr double kUp_m = 0.4;
+  for (BodyDescription& body : scene.bodies) body.placement.position_m.y += kUp_m;
+  scene.bodies[0].fixed[0].where.point_m.y += kUp_m;
+  for (Vec3d* end : {&scene.blades[0].from_m, &scene.blades[0].to_m}) end->y += kUp_m;
+  Scene large = scene;
+  large.bodies[0].cut_capacity = 4000;
+  const auto hash_of = [&](const Scene& of, int grows_at, double& contact_N) {
+    DeviceSet devices(GetParam(), 3);
+    test::FilmedWorld world(devices, of, make_synthetic_rig(), {});
+    for (int k = 0; k < 14; ++k) {
+      SyntheticOptions options;
+      options.figure = "sphere";
+      options.shape.scale = 0.6F;
+      options.shape.offset_m = {0, 0.02F - 0.015F * static_cast<float>(k), 0};
+      options.depth = options.truth = false;
+      SyntheticSource source(options);
+      FrameSet frame;
+      EXPECT_EQ(source.next(frame), NextFrame::success);
+      frame.tick = k;
+      frame.time_s = k * kFrame_s;
+      if (k == grows_at) {
+        EXPECT_TRUE(world.impl().grow(0, false));
+      }
+      // The frame after growth has no new images: the ball goes on as it did.
+      const StepReport report = world.step(k == 10 ? nullptr : &frame, k == 0 ? 0 : kFrame_s);
+      contact_N += double{length(report.contact.force_N)};
+    }
+    EXPECT_GT(world.bodies()[0]->cuts()->state(world.context()).copies, 20);
+    return state_hash(world);
+  };
+  double contact_N = 0, of_grown_N = 0;
+  EXPECT_EQ(hash_of(large, -1, contact_N), hash_of(scene, 10, of_grown_N));
+  EXPECT_GT(contact_N, 0) << "the ball presses";
+  EXPECT_EQ(contact_N, of_grown_N);
 }
 
 /// A state from before the body grew is loaded into the world where it has, and the other way round.
