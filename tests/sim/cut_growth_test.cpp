@@ -77,6 +77,8 @@ Scene bleeding_scene() {
   blood.spacing_m = 0.02;
   blood.box = {{-0.3, -0.6, -0.2}, {0.3, 0.2, 0.2}};
   blood.max_particles = 3000;
+  blood.surface_tension_n_m = 0.05;
+  blood.contact_angle_deg = 40;
   blood.max_speed_m_s = 3;
   blood.emitters.push_back({"vessel", {0.12, 0.1, 0}, {0, -1, 0}, 0.03, 0.5, 0.1, {}});
   return scene;
@@ -94,6 +96,7 @@ struct Played {
   Index capacity = 0, copies = 0;
   int full = 0;
   std::string state;
+  double film_m3 = 0;
 };
 
 /// @param grows_at the first body grows before this frame @param state to go on from at frame `from`
@@ -110,6 +113,7 @@ Played play(const std::string& devices_text, const Scene& scene, int from, int t
     const StepReport report = world.step(nullptr, k == 0 ? 0 : kFrame_s);
     for (const BodyContact& contact : report.contacts)
       played.contact_N.push_back(vec_cast<double>(contact.reaction.force_N));
+    played.film_m3 = report.film.film_m3;
     for (const Notice& n : report.notices) played.full += n.code == "cut.full" ? 1 : 0;
   }
   played.hash = state_hash(world);
@@ -181,6 +185,8 @@ TEST_P(CutGrowthOnDevices, BleedsAsBefore) {
   ASSERT_GT(whole.copies, 20);
   ASSERT_EQ(whole.cuts.size(), 2U);
   EXPECT_GT(whole.cuts[0][2], 0) << "it bleeds";
+  EXPECT_GT(whole.film_m3, 0) << "it is wet";
+  EXPECT_EQ(whole.film_m3, grown.film_m3);
   expect_same(whole, grown);
 }
 
