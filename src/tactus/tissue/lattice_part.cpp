@@ -48,6 +48,7 @@ LatticePart lattice_part(const CubeLattice& lattice, const std::function<bool(st
     if (!keep(c)) continue;
     part.lattice.cubes.push_back(lattice.cubes[c]);
     part.lattice.cube_mass_kg.push_back(lattice.cube_mass_kg[c]);
+    if (!lattice.mass_at.empty()) part.lattice.mass_at.push_back(lattice.mass_at[c]);
     std::array<Index, 8> nodes = lattice.cube_nodes[c];
     for (Index& i : nodes) i = id[static_cast<std::size_t>(i)];
     part.lattice.cube_nodes.push_back(nodes);
@@ -73,6 +74,8 @@ LatticeLayers lattice_layers(const CubeLattice& lattice, Slab layers) {
     for (Index& i : corners) i -= nodes.begin;
   own.cube_fill = part_of(lattice.cube_fill, cubes);
   own.cube_mass_kg = part_of(lattice.cube_mass_kg, cubes);
+  own.mass_at = part_of(lattice.mass_at, cubes);
+  own.uneven = lattice.uneven;
   own.node_mass_kg = part_of(lattice.node_mass_kg, nodes);
   own.fixed = part_of(lattice.fixed, nodes);
   return part;

@@ -235,9 +235,9 @@ std::vector<Vec3f> CubeLattice::rest_positions_m() const {
 
 void CubeLattice::share_masses() {
   node_mass_kg.assign(nodes.size(), 0);
-  for (std::size_t c = 0; c < cubes.size(); ++c) {
-    for (const Index i : cube_nodes[c]) node_mass_kg[at(i)] += 0.125F * cube_mass_kg[c];
-  }
+  for (Index c = 0; c < cube_count(); ++c)
+    for (int q = 0; q < 8; ++q)
+      node_mass_kg[at(cube_nodes[at(c)][at(q)])] += share_of(c, q) * cube_mass_kg[at(c)];
 }
 
 double CubeLattice::mass_kg() const {
@@ -263,6 +263,24 @@ Index CubeLattice::fix_half_space(Vec3f point_m, Vec3f normal) {
   return fix_where([&](Vec3f p) { return dot(normal, p - point_m) <= 0; });
 }
 
+namespace {
+
+/// Cubes are in the order of their cells.
+void take_moments(const CubeFills& fills, const CubeCells& cells, CubeLattice& lattice) {
+  Index cube = 0;
+  for (const CubeFills::Moments& of : fills.moments) {
+    while (cells.index(lattice.cubes[at(cube)]) < of.cell) ++cube;
+    if (lattice.off_centre.empty() || lattice.off_centre.back().cube != cube)
+      lattice.off_centre.push_back({.cube = cube});
+    CubeLattice::OffCentre& sum = lattice.off_centre.back();
+    const double per_mass = 1 / double{lattice.cube_fill[at(cube)]};
+    sum.first += vec_cast<float>(per_mass * of.first);
+    sum.excess += vec_cast<float>(per_mass * of.excess);
+  }
+}
+
+}  // namespace
+
 CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& options) {
   if (options.fill == MeshFill::winding) return lattice_from_open_mesh(mesh, options);
   check_closed(mesh, "mesh");
@@ -276,6 +294,7 @@ CubeLattice lattice_from_mesh(const TriangleMesh& mesh, const LatticeOptions& op
     lattice.cube_fill[c] = fills.fill[at(cells.index(lattice.cubes[c]))];
     lattice.cube_mass_kg[c] *= lattice.cube_fill[c];
   }
+  take_moments(fills, cells, lattice);
   lattice.share_masses();
   return lattice;
 }

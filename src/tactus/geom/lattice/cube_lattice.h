@@ -46,9 +46,22 @@ struct CubeLattice {
   /// the volume.
   std::vector<float> cube_fill;
   std::vector<float> cube_mass_kg;
-  std::vector<float> node_mass_kg;  ///< an eighth of every adjacent cube
-  std::vector<HeldAxes> fixed;      ///< per node: the axes along which it does not move
-  std::vector<CubeCopy> copies;     ///< the last cubes
+  std::vector<float> node_mass_kg;  ///< of every adjacent cube the part that share_of() says
+  /// How the mass of a cube that isn't full lies: per unit of its mass, in spacings.
+  struct OffCentre {
+    Index cube = 0;
+    Vec3f first{};   ///< from its centre to its centre of mass
+    Vec3f excess{};  ///< by how much more than 1/6 second moments of eighths are too large
+  };
+  std::vector<OffCentre> off_centre;  ///< ascending; others lie as full cubes do
+  /// Where a regular cube's mass is put, and that of its copies, from its centre in half spacings: -1..1
+  /// along each axis. Its corners share it trilinearly from there. place_masses() finds it (mass_points.h).
+  /// Empty: all in the middle.
+  std::vector<Vec3f> mass_at;
+  /// Mean over a cube's corners of an eighth of its mass over what the corner has; of the most uneven cube.
+  float uneven = 1;
+  std::vector<HeldAxes> fixed;   ///< per node: the axes along which it does not move
+  std::vector<CubeCopy> copies;  ///< the last cubes
   std::vector<Index>
       virtual_nodes;  ///< the last nodes: per node the regular one it was split from; -1: capacity
 
@@ -61,6 +74,15 @@ struct CubeLattice {
   Vec3f rest_m(Index node) const;
   std::vector<Vec3f> rest_positions_m() const;
   double mass_kg() const;
+  /// The part of a cube's mass that its corner q has; the eight make 1.
+  float share_of(Index cube, int q) const {
+    const Index copy = cube - regular_cubes(),
+                regular = copy < 0 ? cube : copies[static_cast<std::size_t>(copy)].of;
+    if (mass_at.empty() || regular < 0) return 0.125F;
+    const Vec3f t = mass_at[static_cast<std::size_t>(regular)];
+    const auto along = [&](float v, int bit) { return 1.F + ((q & bit) != 0 ? v : -v); };
+    return 0.125F * (along(t.x, 1) * along(t.y, 2) * along(t.z, 4));
+  }
   /// Makes node_mass_kg from cube_mass_kg.
   void share_masses();
 

@@ -61,11 +61,14 @@ void for_slices(Polygon rest, int axis, Index count, F&& use) {
   use(last, rest);
 }
 
-/// Integrals over the pieces of surface in a cube: of x, x^2/2, x y, x z, counted from its lowest corner, for
-/// the cube itself; and of 1, y, z for those before it in its row.
+Vec3d squares(Vec3d p) { return {p.x * p.x, p.y * p.y, p.z * p.z}; }
+
+/// Integrals over the pieces of surface in a cube: of x, x^2/2, x y, x z, x^3/3, x y^2, x z^2, counted from
+/// its lowest corner, for the cube itself; and of 1, y, z, y^2, z^2 for those before it in its row.
 struct Integrals {
   double volume = 0, covers = 0;
-  Vec3d first{}, covers_first{};  ///< covers_first.x is that of covers / 2
+  Vec3d first{}, covers_first{};    ///< covers_first.x is that of covers / 2
+  Vec3d second{}, covers_second{};  ///< covers_second.x is that of covers / 3
   bool touched = false;
 
   void add(const Polygon& piece, Vec3d corner) {
@@ -81,9 +84,14 @@ struct Integrals {
         first += (w * m.x) * Vec3d{0.5 * m.x, m.y, m.z};
         covers += w;
         covers_first += w * Vec3d{0.5, m.y, m.z};
+        covers_second += w * Vec3d{1.0 / 3, m.y * m.y, m.z * m.z};
+        add_second(2.0 / 15 * area_x, m);
       }
+      for (const Vec3d corner_of_piece : {a, b, c}) add_second(area_x / 20, corner_of_piece);
+      add_second(9.0 / 20 * area_x, 1.0 / 3 * (a + b + c));
     }
   }
+  void add_second(double w, Vec3d m) { second += (w * m.x) * Vec3d{m.x * m.x / 3, m.y * m.y, m.z * m.z}; }
 };
 
 struct Surface {
@@ -130,7 +138,7 @@ void finish_row(Integrals* row, Vec3i first, Index count, std::uint8_t* full,
                 std::vector<CubePart>& partial) {
   constexpr double kAll = 1 - 1e-7, kNothing = 1e-9;
   double covers = 0;
-  Vec3d covers_first{};
+  Vec3d covers_first{}, covers_second{};
   std::vector<CubePart> found;
   for (Index x = count - 1; x >= 0; --x) {
     const Integrals& cube = row[x];
@@ -139,11 +147,17 @@ void finish_row(Integrals* row, Vec3i first, Index count, std::uint8_t* full,
       full[x] = volume > 0.5 ? 1 : 0;
     } else if (volume > kNothing) {
       const double sign = cube.volume + covers < 0 ? -1 : 1;
-      const Vec3d c = sign / volume * (cube.first + covers_first);
-      found.push_back({{x, first.y, first.z}, volume, min(max(c, Vec3d{}), Vec3d{1, 1, 1})});
+      const Vec3d c = sign / volume * (cube.first + covers_first),
+                  square = sign / volume * (cube.second + covers_second);
+      const Vec3d about_center = square - c + Vec3d{0.25, 0.25, 0.25};
+      found.push_back({{x, first.y, first.z},
+                       volume,
+                       min(max(c, Vec3d{}), Vec3d{1, 1, 1}),
+                       min(max(about_center, Vec3d{}), Vec3d{0.25, 0.25, 0.25})});
     }
     covers += cube.covers;
     covers_first += cube.covers_first;
+    covers_second += cube.covers_second;
   }
   partial.insert(partial.end(), found.rbegin(), found.rend());
 }
@@ -203,13 +217,15 @@ class FillSharing {
       std::int64_t other = joins[k];
       while (other >= 0 && exists_[at(other)] == 0) other = joined_.at(at(other));
       if (other >= 0)
-        fill_[at(other)] += parts_.partial[k].volume;
+        join(parts_.partial[k], other);
       else
         spread(parts_.partial[k]);
     }
     for (std::size_t k = 0; k < joins.size(); ++k)
       if (joins[k] < 0) fill_up(parts_.partial[k]);
-    return {exists_, {fill_.begin(), fill_.end()}};
+    std::stable_sort(moments_.begin(), moments_.end(),
+                     [](const auto& a, const auto& b) { return a.cell < b.cell; });
+    return {exists_, {fill_.begin(), fill_.end()}, moments_};
   }
 
  private:
@@ -236,6 +252,20 @@ class FillSharing {
     }
     return best;
   }
+  /// From one cube to another.
+  Vec3d way(const CubePart& part, std::int64_t other) const {
+    const Index x = static_cast<Index>(other % cells_.dims.x),
+                y = static_cast<Index>(other / cells_.dims.x % cells_.dims.y),
+                z = static_cast<Index>(other / cells_.dims.x / cells_.dims.y);
+    return vec_cast<double>(Vec3i{x, y, z} - part.cube);
+  }
+  void join(const CubePart& part, std::int64_t other) {
+    fill_[at(other)] += part.volume;
+    const Vec3d d = way(part, other), off = part.centroid - kCenter;
+    Vec3d square = part.second + squares(d);
+    for (int a = 0; a < 3; ++a) square[a] -= 2 * d[a] * off[a];
+    moments_.push_back({other, part.volume * (off - d), part.volume * (kOfNodes - kExpected - square)});
+  }
   void spread(const CubePart& part) {
     std::array<double, 8> weight{};
     double sum = 0;
@@ -248,8 +278,17 @@ class FillSharing {
       }
       sum += weight[at(a)];
     }
-    for (int a = 0; a < 8; ++a)
-      if (weight[at(a)] > 0) fill_[at(neighbour(part, a))] += weight[at(a)] / sum * part.volume;
+    Vec3d handed{}, off = part.centroid - kCenter;
+    for (int a = 0; a < 8; ++a) {
+      if (!(weight[at(a)] > 0)) continue;
+      fill_[at(neighbour(part, a))] += weight[at(a)] / sum * part.volume;
+      for (int axis = 0; axis < 3; ++axis)
+        if ((a >> axis & 1) != 0) handed[axis] += weight[at(a)] / sum;
+    }
+    for (int axis = 0; axis < 3; ++axis)
+      off[axis] -= part.centroid[axis] < 0.5 ? -handed[axis] : handed[axis];
+    moments_.push_back({cells_.index(part.cube), part.volume * off,
+                        part.volume * (kOfNodes - kExpected - part.second + handed)});
   }
   void fill_up(const CubePart& part) {
     double& own = fill_[index(part)];
@@ -263,13 +302,19 @@ class FillSharing {
     if (fullest < 0 || fill_[at(fullest)] < kGives) return;
     fill_[at(fullest)] -= lacks;
     own += lacks;
+    const Vec3d d = way(part, fullest);
+    moments_.push_back({cells_.index(part.cube), lacks * d, -lacks * squares(d)});
   }
 
   /// So full is a neighbour that takes slivers, or gives to them. A crumb is too little for a cube wherever
   /// it lies.
   static constexpr double kGives = 0.25, kCrumb = 1e-3;
+  /// Nodes of a cube lie 1/2 off its centre; of their squares, 1/6 is more than a full cube has.
+  static constexpr Vec3d kCenter{0.5, 0.5, 0.5}, kOfNodes{0.25, 0.25, 0.25},
+      kExpected{1.0 / 6, 1.0 / 6, 1.0 / 6};
   const CubeParts& parts_;
   const CubeCells& cells_;
+  std::vector<CubeFills::Moments> moments_;
   std::vector<double> fill_;
   std::vector<float> volume_;
   std::vector<std::uint8_t> exists_;

@@ -9,6 +9,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/geom/figures/figures.h"
+#include "tactus/geom/lattice/mass_points.h"
 #include "tactus/geom/mesh/box_surface.h"
 #include "tactus/geom/mesh/mesh_defects.h"
 #include "tactus/sim/body/body_progress.h"
@@ -286,6 +287,17 @@ void paint(const BodyDescription& body, const RegionFinder& finder, BodyShape& s
                                            : "it is hybrid, but every cube is an element");
 }
 
+/// Whether the body's own moments of inertia matter. One that is held may be a quarter of another, with
+/// planes of symmetry: there its nodes have the halves that mirror images add to. Regions of shape matching
+/// are as stiff as their material with nodes of eighths: with others, bars of w = 2 and 3 give way by 15 and
+/// 20 %.
+bool turns_freely(const BodyDescription& body, const BodyShape& shape) {
+  const std::vector<HeldAxes>& held = shape.lattice.fixed;
+  return body.moved.empty() &&
+         std::all_of(held.begin(), held.end(), [](HeldAxes axes) { return axes == 0; }) &&
+         std::all_of(shape.elements.begin(), shape.elements.end(), [](std::uint8_t is) { return is != 0; });
+}
+
 }  // namespace
 
 BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets, double memory_bytes) {
@@ -325,6 +337,7 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
     paint(body, finder, shape);
     fix_nodes(body, finder, shape);
     move_nodes(body, finder, shape);
+    if (turns_freely(body, shape)) place_masses(shape.lattice);
     load_surface(body, shape);
     return shape;
   } catch (const Error& e) {

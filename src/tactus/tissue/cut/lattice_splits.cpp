@@ -337,7 +337,7 @@ void LatticeCutter::share_masses(Index first_new, TopologyChange& change) {
       std::size_t k = 0;
       while (k < count && mass_kg[k].first != e.node) ++k;
       if (k == count) mass_kg[count++] = {e.node, 0.F};
-      mass_kg[k].second += lattice_.cube_mass_kg[at(e.cube)] / 8;
+      mass_kg[k].second += lattice_.share_of(e.cube, e.corner) * lattice_.cube_mass_kg[at(e.cube)];
     }
     for (const auto& [node, mass] : std::span(mass_kg).first(count)) {
       lattice_.node_mass_kg[at(node)] = mass;

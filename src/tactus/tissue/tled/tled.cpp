@@ -29,11 +29,12 @@ float relaxed_young_Pa(const ElasticMaterial& m, float faded_share) {
 }
 
 /// Stiffness of a cube that swells (3 lambda + 2 mu), is sheared (2 mu, more if lambda < 0) or bends (E / 3,
-/// less): times 4 / (rho h^2) it is the largest eigenvalue.
-float largest_stiffness_Pa(const ElasticMaterial& m, const TledOptions& options) {
-  const float at_once = 1 + options.added_share();
+/// less): times 4 / (rho h^2) it is the largest eigenvalue. Where corners have different masses, that of
+/// swelling is `uneven` times as much; that of 2 mu is a fit to single cubes (`LightCorners.*`).
+float largest_stiffness_Pa(const ElasticMaterial& m, const TledOptions& options, float uneven) {
+  const float at_once = (1 + options.added_share()) * (1 + 2.7F * (uneven - 1));
   const float added = with_law(options, [&](const auto& law) { return law.added_stiffness_Pa(m.mu_Pa()); });
-  return std::max(3 * m.lambda_Pa(), 0.F) + at_once * 2 * m.mu_Pa() + at_once * added;
+  return uneven * std::max(3 * m.lambda_Pa(), 0.F) + at_once * 2 * m.mu_Pa() + at_once * added;
 }
 
 void check_law(const ElasticMaterial& m, const TledOptions& options) {
@@ -157,7 +158,8 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
   for (const ElasticMaterial& m : materials) {
     check_material(m);
     undamped_step_s = std::min(
-        undamped_step_s, lattice.spacing_m * std::sqrt(m.density_kg_m3 / largest_stiffness_Pa(m, options)));
+        undamped_step_s,
+        lattice.spacing_m * std::sqrt(m.density_kg_m3 / largest_stiffness_Pa(m, options, lattice.uneven)));
   }
   for (std::size_t c = 0; c < material.size(); ++c)
     if (material[c] != kNoElement) check_law(materials[material[c]], options);
