@@ -241,6 +241,41 @@ TEST_P(CutGrowthOnDevices, HappensWhenStrokesNeedIt) {
   EXPECT_EQ(second.hash, grown.hash);
 }
 
+/// Likewise in contact with itself and an obstacle, while it bleeds: walls and wounds of the frame's earlier
+/// strips come with those of the strip that finds it full.
+TEST(CutGrowth, HappensWhileItBleedsAndTouches) {
+  if (std::getenv("TACTUS_LONG_TESTS") == nullptr) GTEST_SKIP() << "a minute: TACTUS_LONG_TESTS is not set";
+  ShapeDescription box;
+  box.size_m = {0.08, 0.08, 0.08};
+  constexpr int kStrokes = 10, kFrames = 2 * kStrokes + 6;
+  Scene scene = strokes_scene(box, 0.01, 0.04 * std::sqrt(3.0), kStrokes, 5, 1);
+  scene.gravity_m_s2 = {0, -2, 0};
+  scene.bodies[0].contact = true;
+  scene.bodies[0].bleeding = BleedingDescription{0.05, 0.5, {}};
+  // Two blades at once: the first one's cuts come before growth.
+  for (std::size_t b = 1; b < scene.blades.size(); b += 2)
+    for (std::size_t k = 0; k < 2; ++k) scene.blades[b].path[k].time_s = scene.blades[b - 1].path[k].time_s;
+  ObstacleSetting table;
+  table.name = "table";
+  table.placement.position_m = {0, -0.05, 0};
+  scene.obstacles.push_back(table);
+  LiquidDescription& blood = scene.fluid.emplace();
+  blood.spacing_m = 0.01;
+  blood.box = {{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}};
+  blood.max_particles = 2000;
+  blood.max_speed_m_s = 2;
+  blood.surface_tension_n_m = 0.05;
+  blood.contact_angle_deg = 40;
+  Scene large = scene;
+  large.bodies[0].cut_capacity = 4000;
+  const Played whole = play("cpu", large, 0, kFrames), grown = play("cpu", scene, 0, kFrames);
+  EXPECT_EQ(grown.full, 0);
+  double bled_m3 = 0;
+  for (const auto& cut : grown.cuts) bled_m3 += cut[2];
+  EXPECT_GT(bled_m3, 0);
+  expect_same(whole, grown);
+}
+
 /// A ball, seen by cameras, comes down onto the stack while it is cut: its surface stays when stages are
 /// added anew.
 TEST_P(CutGrowthOnDevices, KeepsTheSurfaceThatCamerasSee) {
