@@ -58,7 +58,8 @@ struct LiquidReaction {
   Vec3f force_N;
 };
 
-/// The volume ledger of all films. Exactly: film + stain = (taken - given) particles.
+/// The volume ledger of all films, with what waits for the real surface. Exactly: film + stain =
+/// (taken - given) particles.
 struct SceneFilmReport {
   double film_m3 = 0, stain_m3 = 0;
   std::uint64_t wet_vertices = 0;
@@ -71,7 +72,8 @@ struct FilmThickness {
   std::vector<float> film_m, stain_m;
 };
 
-/// The part of an obstacle's surface on which a film or a stain lies, and two rings of triangles more.
+/// The part of an obstacle's or the real surface on which a film or a stain lies, and two rings of triangles
+/// more.
 struct WetObstacle {
   std::string name;
   TriangleMesh mesh;  ///< world; has normals, which are smooth over edges, too

@@ -244,7 +244,7 @@ struct BodyDescription {
   int matching_every = 1;                 ///< hybrid: substeps of the elements to one of shape matching
   bool cuttable = false;                  ///< blades cut its elements
   std::optional<double> cut_energy_j_m2;  ///< that a new wall takes, per area; none: unknown
-  std::optional<int> cut_capacity;  ///< copies of cubes that there is capacity for; none: from the cubes
+  std::optional<int> cut_capacity;        ///< most copies of cubes; none: no limit, capacity grows
   std::optional<BleedingDescription> bleeding;
   std::vector<PaintedRegion> regions;
   std::vector<FixedRegion> fixed;     ///< where lattice nodes don't move
