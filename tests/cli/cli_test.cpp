@@ -65,7 +65,7 @@ TEST_F(Cli, WrongUseIsNamed) {
   const std::string deep = path("no/such/folder/x.ply");
   const Wrong wrongs[] = {
       {"reconstrct hand", 2, "did you mean 'reconstruct'?"},
-      {"", 2, "subcommand"},
+      {"", 2, "lacks a command; known: run"},
       {"reconstruct --source synthetic hnad", 2, "did you mean 'hand'?"},
       {"reconstruct --source synthetic hand --smooth -1", 2, "--smooth -1: expected 0"},
       {"paper fig41 --out x.png", 2, "did you mean 'fig14'?"},

@@ -55,6 +55,13 @@ TEST_F(Command, HelpOfAVerbIsThatOfItsFlag) {
   EXPECT_TRUE(has(wrong.text, "did you mean 'reconstruct'?")) << wrong.text;
 }
 
+TEST_F(Command, TheWordThatIsMissingIsNamed) {
+  expect_refused("", 2, {"'tactus' lacks a command; known: run, "});
+  expect_refused("calibrate", 2, {"'tactus calibrate' lacks a command"});
+  expect_refused("reconstruct", 2, {"'tactus reconstruct' lacks 'what': folder, rig file, or figure"});
+  expect_refused("synth hand", 2, {"'tactus synth' lacks '--out': folder to make"});
+}
+
 /// A flag gets the nearest one that its verb has, wherever it stands, with a value or without.
 TEST_F(Command, MisspeltFlagsGetTheNearest) {
   const std::vector<std::pair<std::string, std::string>> wrongs = {

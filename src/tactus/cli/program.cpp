@@ -65,6 +65,19 @@ void check_words(const CLI::App& app) {
   }
 }
 
+/// Names the verb, word or flag that is missing, and says what it is.
+void check_required(const CLI::App& app) {
+  std::string path;
+  const CLI::App& verb = innermost(app, path);
+  const std::vector<std::string> verbs = verbs_of(verb);
+  if (!verbs.empty()) throw usage_error("'" + path + "' lacks a command" + suggestion("", verbs));
+  for (const CLI::Option* option : verb.get_options()) {
+    if (!option->get_required() || option->count() > 0) continue;
+    throw usage_error("'" + path + "' lacks '" + option->get_name() + "': " + option->get_description() +
+                      "; `" + path + " --help` says more");
+  }
+}
+
 void add_shared_flags(CLI::App& verb) {
   CLI::Option* loud = verb.add_flag_callback(
       "--verbose", [] { set_log_level(LogLevel::debug); }, "say more on standard error: a line per frame");
@@ -98,6 +111,7 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     const bool asked = e.get_exit_code() == 0;  // --help, --version
     if (!asked) check_words(app);
+    if (dynamic_cast<const CLI::RequiredError*>(&e) != nullptr) check_required(app);
     app.exit(e);
     if (asked) flush_standard_output();
     return asked ? 0 : kExitUsage;
