@@ -138,6 +138,10 @@ std::vector<Planted> planted() {
            both(both(one(1, negative), one(4, negative)), one(2, flip_u)), 2, -1, "mirrored left to right"},
           {"each has the mask of the next", next_one, -1, -1, "masks of other cameras"},
           {"two pairs swapped", both(swapped(1, 6), swapped(0, 3)), -1, -1, "masks of other cameras"},
+          {"one has another's mask", [](DoctorInput& in) { in.ticks[0][3] = in.ticks[0][2]; }, 3, -1,
+           "the mask of another camera"},
+          {"one has another's calibration", [](DoctorInput& in) { in.cameras[3] = in.cameras[2]; }, 3, -1,
+           "the calibration of another camera"},
           {"the box is clipped", [](DoctorInput& in) { in.workspace_m.max.y = in.workspace_m.center().y; },
            -1, -1, ""},
           {"the box is elsewhere",
@@ -217,7 +221,7 @@ TEST(RigDoctor, PassesAndNamesEveryPlantedErrorOfTheSyntheticRig) {
   const DoctorInput right = synthetic("hand-still");
   EXPECT_EQ(text(examine_rig(right)), "well");
   const std::vector<Planted> all = planted();
-  EXPECT_EQ(all.size(), 46U);
+  EXPECT_EQ(all.size(), 48U);
   planted_errors_are_named(right, all);
 }
 
@@ -340,7 +344,10 @@ TEST(RigDoctor, PassesAndNamesEveryPlantedErrorOfTheDino) {
   if (!long_tests()) GTEST_SKIP() << kLong;
   const std::optional<DoctorInput> right = dino();
   if (!right) GTEST_SKIP() << "no data: set TACTUS_DATA";
-  planted_errors_are_named(*right, planted());
+  std::vector<Planted> all = planted();
+  // In its ring of cameras, the masks of the next ones show a dino that was turned.
+  std::erase_if(all, [](const Planted& p) { return p.name == "each has the mask of the next"; });
+  planted_errors_are_named(*right, all);
 }
 
 TEST(RigDoctor, ALeakInAnyOneMaskOfTheDinoIsNamed) {

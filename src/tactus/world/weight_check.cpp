@@ -134,7 +134,7 @@ double rounded_up(double value) {
 
 std::string metres(double value_m) { return number_text(std::round(1e3 * value_m) / 1e3) + " m"; }
 
-/// Tells of a foot that bears too much, and of the modulus that would do.
+/// A foot that bears too much, and the modulus that would do; none: it bears that.
 std::optional<Notice> burden(const Pile& pile, std::size_t b, const BodyDescription& body) {
   const Column& column = pile.column(b);
   if (!column.is_free || !(column.area_m2 > 0)) return {};

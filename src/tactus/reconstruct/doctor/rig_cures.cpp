@@ -229,7 +229,8 @@ bool Examination::cure_swap(std::size_t view, const std::vector<std::size_t>& ex
 }
 
 bool Examination::cure_camera(std::size_t view, const SilhouetteConsistency& trusted) {
-  if (try_slips(view, trusted) || try_late(view, trusted) || try_motion(view, trusted)) return true;
+  if (name_copy(view) || try_slips(view, trusted) || try_late(view, trusted) || try_motion(view, trusted))
+    return true;
   name_mask(view, trusted);
   return true;
 }

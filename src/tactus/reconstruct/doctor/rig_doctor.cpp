@@ -132,7 +132,9 @@ void Examination::check_workspace(const Agreement& after) {
     }
     if (best != nullptr) {
       for (Camera& c : diagnosis_.cameras) c.T_cam_world.t = best->unit * c.T_cam_world.t;
-      note({-1, -1, "unit of t", "all cameras: " + best->cure, after.mean, after.mean});
+      note({-1, -1, "unit of t",
+            "all cameras: " + best->cure + ", or the numbers of 'workspace_m' by " + number(1 / best->unit),
+            after.mean, after.mean});
       return;
     }
   }

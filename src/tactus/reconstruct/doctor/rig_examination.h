@@ -148,7 +148,10 @@ class Examination {
 
   bool looks_inverted(std::size_t camera) const;
   bool turn_inverted_masks();
+  std::vector<Agreement> agreements(const std::vector<std::vector<std::size_t>>& orders) const;
   bool cure_order();
+  void take_order(const std::vector<std::size_t>& order);
+  bool name_copy(std::size_t view);
   std::string advice() const;
   void find_holes();
   bool cure_all();

@@ -17,10 +17,11 @@ namespace {
 std::string odd_mask(const Image<std::uint8_t>& mask) {
   const auto set = std::count(mask.pixels.begin(), mask.pixels.end(), 255);
   if (std::string odd = odd_coverage(set, std::ssize(mask.pixels)); !odd.empty()) return odd;
-  const bool is_inverted = looks_inverted(mask.width_px, mask.height_px, set, [&](Index x, Index y) {
+  const double on_rim = share_of_rim(mask.width_px, mask.height_px, [&](Index x, Index y) {
     return mask.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width_px) +
                        static_cast<std::size_t>(x)] == 255;
   });
+  const bool is_inverted = on_rim >= 0.95 && 2 * set > std::ssize(mask.pixels);
   return is_inverted ? "the mask is white along its rim: is its object black? It must be white" : "";
 }
 
