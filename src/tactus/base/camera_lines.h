@@ -1,5 +1,5 @@
 #pragma once
-/// What is said of several cameras at once, camera by camera.
+/// Texts about several cameras at once, camera by camera.
 #include <string>
 #include <string_view>
 #include <vector>

@@ -57,7 +57,7 @@ SourceKind kind_of(const DoctorOptions& options) {
     return std::count(files.begin(), files.end(), "");
   };
   const auto without_mask = lacking(file.masks);
-  // Where some have neither, what fewer cameras lack is named.
+  // Where some have neither, the one that fewer cameras lack is named.
   const bool has_masks = without_mask < std::ssize(file.masks) && without_mask <= lacking(file.videos);
   return has_masks ? SourceKind::masks : SourceKind::videos;
 }

@@ -14,7 +14,7 @@ bool interrupted();
 /// Gives a frame up that isn't finished 1.2 s after the first signal: at high resolutions one takes minutes.
 class FramePatience {
  public:
-  /// @param give_up writes what earlier frames made; called on another thread, and never beside the work
+  /// @param give_up writes the results of earlier frames; called on another thread, and never beside the work
   /// between end() and begin(). Then the program ends with 130, as after a frame that was finished.
   explicit FramePatience(std::function<void()> give_up);
   FramePatience(const FramePatience&) = delete;

@@ -65,7 +65,7 @@ void check_words(const CLI::App& app) {
   }
 }
 
-/// Names the verb, word or flag that is missing, and says what it is.
+/// Names the verb, word or flag that is missing, and says its purpose.
 void check_required(const CLI::App& app) {
   std::string path;
   const CLI::App& verb = innermost(app, path);

@@ -234,8 +234,8 @@ void BodyPoints::reset(ExecContext& ctx) {
   ctx.fill_bytes(totals_.view(), 0);
 }
 
-/// Of points that there are: another body may have another capacity for more. Where there is some, places of
-/// nodes follow it, too, so weights are worked out anew.
+/// For the points that there are: another body may have another capacity for more. Where there is some,
+/// places of nodes follow it, too, so weights are worked out anew.
 void BodyPoints::archive(ExecContext& ctx, StateArchive& a) {
   std::vector<Index> touching = to_host(ctx, touching_.const_view());
   std::vector<PointContact> contact = to_host(ctx, contact_.const_view());

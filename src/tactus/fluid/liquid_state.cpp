@@ -103,7 +103,7 @@ void Liquid::sort_again(const std::vector<Kept>& particles) {
   const auto here = static_cast<Index>(particles.size());
   std::vector<Index> order = to_host(ctx, part.search.cells().order);
   order.resize(at(to_host(ctx, part.search.cells().placed)[0]));
-  // What came since, or before the first step, was not sorted: it comes last.
+  // Particles that came since, or before the first step, were not sorted: it comes last.
   std::vector<std::uint8_t> is_sorted(particles.size());
   for (const Index i : order) is_sorted[at(i)] = 1;
   for (Index i = 0; i < here; ++i)

@@ -139,8 +139,8 @@ class Rim {
         (d_m2 == found.distance_m2 && k < found.segment && found.segment < segments_.size()))
       found = {d_m2, k, along};
   }
-  /// Places along segments, so near one another that what of a segment is nearer than sure_m has one in the
-  /// cells round.
+  /// Places along segments, so near one another that the part of a segment that is nearer than sure_m has one
+  /// in the cells round.
   struct Places {
     std::vector<Vec3f> points_m;
     std::vector<std::size_t> segments;  ///< of each

@@ -43,9 +43,9 @@ bool SceneLiquid::may_bring(double from_s, double to_s) const {
          std::any_of(bodies_.begin(), bodies_.end(), bleeds);
 }
 
-/// Iterations find of a long wave of pressure what they can carry in a step: four of them what twelve layers
-/// need (docs/concepts/liquid.md). And while densities are more than 0.1 % too large in the mean, there are
-/// half as many again.
+/// Iterations find the part of a long wave of pressure that they can carry in a step: four of them as much as
+/// twelve layers need (docs/concepts/liquid.md). And while densities are more than 0.1 % too large in the
+/// mean, there are half as many again.
 void SceneLiquid::choose_iterations(double gravity_m_s2) {
   constexpr double kLayers = 12, kExcess = 1e-3;
   constexpr auto kMost = static_cast<Index>(kGrowth.size()) - 1;

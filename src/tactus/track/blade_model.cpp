@@ -84,15 +84,16 @@ struct Section {
   float ground_m = 0;  ///< height of the grind: the lower chamfer ends in an edge. 0: chamfered as above
 };
 
-/// What goes through sections, closed at both ends.
+/// The surface through sections, closed at both ends.
 TriangleMesh flat_part(std::span<const Section> sections) {
   constexpr float kChamfer = 0.5F;  // of the half thickness
   constexpr Index kRing = 8;
   TriangleMesh mesh;
   for (const Section& s : sections) {
-    const float t = s.half_thickness_m, room_m = 0.5F * (s.below_m + s.above_m),
-                c = min(kChamfer * t, room_m);
-    const float low = min(s.ground_m > 0 ? s.ground_m : c, room_m), edge = s.ground_m > 0 ? 0.05F * t : t - c;
+    const float t = s.half_thickness_m, half_height_m = 0.5F * (s.below_m + s.above_m),
+                c = min(kChamfer * t, half_height_m);
+    const float low = min(s.ground_m > 0 ? s.ground_m : c, half_height_m),
+                edge = s.ground_m > 0 ? 0.05F * t : t - c;
     const Vec2f ring[kRing] = {{s.above_m, t - c},  {s.above_m - c, t},  {low - s.below_m, t},
                                {-s.below_m, edge},  {-s.below_m, -edge}, {low - s.below_m, -t},
                                {s.above_m - c, -t}, {s.above_m, c - t}};

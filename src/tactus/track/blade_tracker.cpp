@@ -35,7 +35,7 @@ constexpr double kMostGone = 0.25;
 /// Times PoseFit::wrong of the best pose: a tool elsewhere that is no worse than this is as good.
 constexpr double kTwin = 1.25;
 constexpr int kFramesOfShape = 2, kFramesOfTwoShapes = 4;
-constexpr double kClearMisfit = 2;    // times what is refused
+constexpr double kClearMisfit = 2;    // times the refused one
 constexpr double kMostCovered = 0.5;  // of the outline along the edge, or at its tip
 
 /// Radius of a model about its long axis in each camera's picture, at a place; a pixel more, rounded up.

@@ -56,7 +56,7 @@ GlVertexArray make_array(std::initializer_list<GLint> sizes) {
 }
 
 constexpr GLsizei kTilePx = 32;
-/// Rays bend, so what is behind a place is looked up so many pixels beside it.
+/// Rays bend, so the background of a place is looked up so many pixels beside it.
 constexpr GLsizei kShiftPx = 96;
 
 }  // namespace

@@ -108,8 +108,8 @@ Spread spread_of(const std::vector<Vec3f>& x_m, std::size_t i, const PointCells&
   return spread;
 }
 
-/// What falls in a line is a jet and not a string of balls: each is as long as it is to the next one, and as
-/// much thinner.
+/// Drops that fall in a line are a jet and not a string of balls: each is as long as it is to the next one,
+/// and as much thinner.
 void join_jet(LiquidBall& ball, const Spread& jet, float lone) {
   constexpr float kOverlap = 0.6F, kMostStretch = 6;
   const float straight = jet.straight * lone;

@@ -252,8 +252,8 @@ struct Renderer::Impl {
     }
   }
 
-  /// What is behind all else. Edges of boxes leave no depth: they cross nothing, though a body reach out of
-  /// its box.
+  /// The background of all else. Edges of boxes leave no depth: they cross nothing, though a body reach out
+  /// of its box.
   void draw_room(const ViewScene& scene, const PictureLayout& l) {
     glBindVertexArray(gl->no_attributes.get());
     if (l.has_ground) {

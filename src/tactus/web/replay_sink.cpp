@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kCoarseSteps = 4095, kSteps = 65535;
 
-/// With seven times its size on every side: what moves stays in it, and its vertices can be told by
+/// With seven times its size on every side: movers stay in it, and its vertices can be told by
 /// differences.
 StreamGrid roomy(const StreamGrid& tight) {
   const float side_m = kSteps * tight.step_m;

@@ -73,7 +73,7 @@ std::size_t StreamMessage::begin_block(BlockKind kind, const BlockStyle& style, 
   return size_at;
 }
 
-/// The size counts from the block's head, so that readers can pass over what they don't know.
+/// The size counts from the block's head, so that readers can pass over blocks that they don't know.
 void StreamMessage::end_block(std::size_t size_at) {
   pad();
   set_bytes(bytes_, size_at, static_cast<std::uint32_t>(bytes_.size() - (size_at - 8)));

@@ -27,7 +27,7 @@ Vec3f tool_color(BladeState state) {
   return state == BladeState::misfit || state == BladeState::twins ? kOther : kUnsure;
 }
 
-/// Liquid and what dried of it; none where all is dry.
+/// Liquid and its stains; none where all is dry.
 std::string film_bytes(const FilmThickness& lies) {
   std::string bytes(lies.film_m.size(), '\0');
   bool is_wet = false;

@@ -31,7 +31,7 @@ std::string FallWatch::follow(const std::string& body, Vec3d center_m, double si
   if (!down_ || reported_.contains(body)) return "";
   const double below_m = dot(center_m, *down_) - lowest_m_;
   if (!(below_m > std::min(kSizes * size_m, kMost_m))) return "";
-  // What is above a plane falls onto it, unless the plane is upright.
+  // A body above a plane falls onto it, unless the plane is upright.
   for (const Rigidf& T_plane_world : planes_)
     if ((T_plane_world * vec_cast<float>(center_m)).y > 0 &&
         (T_plane_world.R * vec_cast<float>(*down_)).y < -1e-3F)

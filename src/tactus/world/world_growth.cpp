@@ -30,7 +30,7 @@ bool World::Impl::grow(std::size_t number, bool in_frame) {
   return true;
 }
 
-/// Of all bodies; 0: not cuttable.
+/// For all bodies; 0: not cuttable.
 std::vector<Index> World::Impl::cut_capacities() const {
   std::vector<Index> all;
   for (const auto& body : bodies_)

@@ -23,7 +23,7 @@ void World::Impl::set_surface(Observation observation) {
   if (seen_.tools != nullptr) tools_ = *seen_.tools;
 }
 
-/// Takes over what was observed. @returns whether images are new.
+/// Takes over the observation. @returns whether images are new.
 bool World::Impl::begin_images(StepReport& report) {
   if (!std::exchange(seen_.is_new, false)) return false;
   begin_quality();

@@ -52,7 +52,7 @@ FallWatch World::Impl::make_fall_watch(std::span<const ObstacleDescription> obst
   return {obstacles, boxes_m, scene_.gravity_m_s2};
 }
 
-/// What is carried down, or slides down a slope, touches something.
+/// A body that is carried down, or slides down a slope, touches something.
 std::string World::Impl::falls_for_ever(std::size_t body, const StepReport& report) {
   const BodyDescription& of = scene_.bodies[body];
   if (!of.fixed.empty() || !of.moved.empty() || (grab_ && grabbed_ == body)) return "";

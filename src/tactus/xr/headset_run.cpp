@@ -14,7 +14,7 @@ namespace {
 
 /// A run that is later than this doesn't catch up.
 constexpr double kLatest_s = 0.2;
-/// A quick hand's. Faster, a tool would go through what it should push.
+/// A quick hand's. Faster, a tool would go through a body that it should push.
 constexpr double kToolSpeed_m_s = 1.5;
 
 }  // namespace

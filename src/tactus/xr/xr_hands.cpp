@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::array<const char*, HeldTools::kHands> kUserPaths{"/user/hand/left", "/user/hand/right"};
 
-/// A profile of controllers, and what is pulled or pinched there.
+/// A profile of controllers, and the input that is pulled or pinched there.
 struct Profile {
   const char* name;
   const char* take;

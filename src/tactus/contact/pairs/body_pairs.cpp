@@ -234,7 +234,7 @@ struct BodyPairs::PlaceMove {
   }
 };
 
-/// Body by body. @param take checks what was read, and takes it to the places of this
+/// Body by body. @param take checks the values read, and takes them to the places of this
 template <class T, class F>
 void BodyPairs::archive_entries(ExecContext& ctx, StateArchive& a, const char* name, Buffer<T>& entries,
                                 Index Places::*of, const std::vector<Places>& from, F&& take) {

@@ -103,7 +103,7 @@ class MassPoints {
       effect_[a] += 2 * least;
     }
   }
-  /// What first moments add to second ones.
+  /// The second moments that first ones add.
   Vec3d weighted(const std::vector<Vec3d>& first) const {
     Vec3d sum{};
     for (const Index c : changed_) {
@@ -112,7 +112,7 @@ class MassPoints {
     }
     return sum;
   }
-  /// Of masses that are shared trilinearly from t.
+  /// For masses that are shared trilinearly from t.
   static double uneven(Vec3d t) { return 1 / ((1 - sqr(t.x)) * (1 - sqr(t.y)) * (1 - sqr(t.z))); }
   /// The part of a cube's moment that it may keep.
   Vec3d allowed(Index c) const {
@@ -132,7 +132,7 @@ class MassPoints {
     is_changed_[at(c)] = 1;
     changed_.push_back(c);
   }
-  /// What neighbours can't take in a few rounds, all do that aren't in the middle.
+  /// The rest that neighbours can't take in a few rounds goes to all that aren't in the middle.
   void limit_all() {
     constexpr int kSweeps = 8;
     bool changes = true;
@@ -174,12 +174,12 @@ class MassPoints {
   Index count_;
   Vec3i dims_;
   std::vector<Index> id_;                     ///< of cubes, over nodes of the box; -1: none
-  std::vector<Vec3d> own_, inwards_, first_;  ///< of what the surface leaves; for k = 1; all
+  std::vector<Vec3d> own_, inwards_, first_;  ///< that the surface leaves; to add k times; all
   std::vector<std::uint8_t> is_changed_;
   std::vector<Index> changed_;  ///< those with moments
   double most_uneven_ = 1;
   Vec3d body_{};          ///< second moments about the centre of mass
-  Vec3d effect_{}, k_{};  ///< what inwards_ takes from them; how much of it does
+  Vec3d effect_{}, k_{};  ///< the part that inwards_ takes from them; how much of it
   Vec3d wanted_{}, lacks_{};
 };
 

@@ -6,11 +6,12 @@ namespace tactus {
 
 /// Finds mass_at of an uncut body, then shares masses. Nodes at the corners of cubes keep mass and centre of
 /// mass, but their second moments are too large by h^2/6 of the mass along each axis: a cube of 4 across
-/// would turn as if it were 12.5 % heavier. So mass moves inwards along each axis. Of two neighbours of
+/// would turn as if it were 12.5 % heavier. So mass moves inwards along each axis. Among two neighbours of
 /// masses m and m', that of one moves towards the other by a first moment of k min(m, m') h / 12, and that of
 /// the other against it. Mass and first moments stay, and second moments fall by k min(m, m') h^2 / 6. In the
-/// interior what a cube gets from both sides cancels: cubes at the surface are left with their mass k h / 12
-/// further in. Each axis has the k that makes the body's second moment exact; n / (n - 1) for n full cubes.
+/// interior the shares from both sides of a cube cancel: cubes at the surface are left with their mass k h /
+/// 12 further in. Each axis has the k that makes the body's second moment exact; n / (n - 1) for n full
+/// cubes.
 ///
 /// All of a cube's mass goes to its own corners. So parts that a cut makes of it have their mass exactly, and
 /// nodes that a cut doubles keep their sum.

@@ -28,7 +28,7 @@ std::size_t memory_in_use() {
   return 0;
 }
 
-/// What a TCP connection brought so far; 0 for other descriptors, and for sockets that listen.
+/// Bytes that a TCP connection brought so far; 0 for other descriptors, and for sockets that listen.
 std::uint64_t received_bytes(int fd) {
   tcp_info info{};
   socklen_t size = sizeof info;
@@ -54,7 +54,8 @@ void ConnectionWatch::look() {
   if (std::exchange(has_ended_, false)) ::malloc_trim(0);
 }
 
-/// The first look above the limit learns what each connection brought, the second tells which brings most.
+/// The first look above the limit learns how much each connection brought, the second tells which brings
+/// most.
 void ConnectionWatch::end_greediest() {
   std::map<int, std::uint64_t> now;
   int greediest = -1;

@@ -21,7 +21,7 @@ constexpr int kHandshake_ms = 2000, kMostWaitingConnections = 64;
 /// Packets of one camera that wait in ZeroMQ: more stay in its own mailbox, where the newest replaces them.
 constexpr int kWaitingPackets = 4, kWaitingReceipts = 64;
 constexpr double kBeat_s = 0.25;
-/// Looks at the memory, and what it may hold beside the messages that the server lets wait.
+/// Looks at the memory, and how much it may hold beside the messages that the server lets wait.
 constexpr double kLook_s = 0.05;
 constexpr std::size_t kOwnMemory = std::size_t{256} << 20;
 constexpr long kMostSleep_ms = 50;

@@ -13,7 +13,7 @@
 namespace tactus {
 namespace {
 
-/// "", or what is odd about a mask.
+/// "", or the oddity of a mask.
 std::string odd_mask(const Image<std::uint8_t>& mask) {
   const auto set = std::count(mask.pixels.begin(), mask.pixels.end(), 255);
   if (std::string odd = odd_coverage(set, std::ssize(mask.pixels)); !odd.empty()) return odd;

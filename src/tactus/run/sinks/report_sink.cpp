@@ -100,8 +100,9 @@ nlohmann::json contacts_json(const std::vector<std::vector<BodyContact>>& frames
   return json;
 }
 
-/// The ledgers of the liquid, frame by frame. Exactly: placed + emitted = here + taken + replaced; and what
-/// films took and gave is in taken and emitted, too: (film_taken - film_given) particles = film + stain.
+/// The ledgers of the liquid, frame by frame. Exactly: placed + emitted = here + taken + replaced; and
+/// particles that films took and gave are in taken and emitted, too: (film_taken - film_given) particles =
+/// film + stain.
 nlohmann::json liquid_json(const RunSummary& summary, const LiquidDescription& liquid) {
   nlohmann::json json{{"particle_m3", liquid.spacing_m * liquid.spacing_m * liquid.spacing_m}};
   for (const char* key :

@@ -94,7 +94,7 @@ cut::CutReport BodyCuts::go_on(ExecContext& ctx, const Observer& observer) {
   return take_over(ctx, report, observer);
 }
 
-/// Whoever follows the body takes over what the last strip changed.
+/// Whoever follows the body takes over the changes of the last strip.
 cut::CutReport BodyCuts::take_over(ExecContext& ctx, cut::CutReport report, const Observer& observer) {
   if (change_.copies.empty()) return report;
   do follow(ctx, change_, observer);

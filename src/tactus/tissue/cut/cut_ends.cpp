@@ -1,4 +1,5 @@
-// Where the material of parts of cubes ends on the ways between corners, and what of it has no corner there.
+// Where the material of parts of cubes ends on the ways between corners, and the part of it that has no
+// corner there.
 #include "tactus/tissue/cut/cut_surface.h"
 
 namespace tactus::cut {

@@ -216,7 +216,7 @@ void CutSurface::drop_dust(const LatticeCutter& cutter) {
   may_be_bare_ = true;
   ClosedPieces all = closed_pieces(cutter);
   const auto is_extra = [&](const ClosedPiece& piece) { return piece.volume != all.largest.at(piece.part); };
-  // What parts from an island may be in pieces, too.
+  // The part that leaves an island may be in pieces, too.
   islands_ =
       4 * static_cast<Index>(std::count_if(all.pieces.begin(), all.pieces.end(), [&](const auto& piece) {
         return piece.second.volume >= kLeastFill && is_extra(piece.second);

@@ -404,7 +404,7 @@ void LatticeCutter::remove_live(Index copy) {
   live.count = static_cast<Index>(std::remove(live.cubes.begin(), end, copy) - live.cubes.begin());
 }
 
-/// What is joined was a part of its own, so others share the nodes that they shared.
+/// The joined part was one of its own, so others share the nodes that they shared.
 void LatticeCutter::join(std::span<const std::array<Index, 2>> from_to, TopologyChange& change) {
   change.clear();
   if (from_to.empty()) return;
