@@ -213,6 +213,35 @@ obstacles:
   return found;
 }
 
+/// Four strokes that overlap in time cut a liver while it falls onto a floor: all parts stay as they are
+/// strained. With corners that are lighter than an eighth of a cube, it blew up in frame 8.
+TEST(CutContact, AFallingLiverBearsFourStrokes) {
+  const Scene scene = parse_scene(R"(
+source: {kind: none}
+bodies:
+  - name: liver
+    cuttable: true
+    shape: {kind: figure, figure: liver}
+    spacing_m: 0.025
+    material: {model: tled, young_modulus_pa: 20000}
+obstacles:
+  - {name: floor, kind: plane, placement: {position_m: [0, 0.34, 0]}}
+blades:
+  - {name: a, from_m: [-0.272, 0.4116, -0.1076], to_m: [0.1388, 0.3417, -0.2215], path: [{time_s: 0.0667}, {time_s: 0.1667, displacement_m: [0.1324, 0.2606, 0.3181]}]}
+  - {name: b, from_m: [-0.2898, 0.5145, -0.1091], to_m: [-0.0302, 0.794, 0.0937], path: [{time_s: 0.1}, {time_s: 0.2, displacement_m: [0.2662, -0.3236, 0.1052]}]}
+  - {name: c, from_m: [0.2485, 0.4122, 0.1545], to_m: [-0.041, 0.73, 0.1968], path: [{time_s: 0.1333}, {time_s: 0.2333, displacement_m: [-0.21, -0.1449, -0.3486]}]}
+  - {name: d, from_m: [0.1169, 0.297, -0.2047], to_m: [0.2511, 0.6769, -0.049], path: [{time_s: 0.1667}, {time_s: 0.2667, displacement_m: [-0.2883, -0.0294, 0.3204]}]}
+)",
+                                  "scenes/x.yaml");
+  DeviceSet devices("cpu");
+  test::FilmedWorld simulation(devices, scene, {}, {});
+  for (int k = 0; k < 14; ++k)
+    for (const Notice& n : simulation.step(nullptr, k == 0 ? 0 : 1.0 / 30).notices)
+      EXPECT_NE(n.code, "body.blew_up") << "frame " << k << ": " << n.message();
+  EXPECT_FALSE(simulation.bodies()[0]->status().is_frozen);
+  EXPECT_GT(simulation.bodies()[0]->cuts()->cutter().lattice().copies_in_use(), 100);
+}
+
 /// What a blade cuts off a hanging block falls onto another soft body, and lies there with its weight.
 ///
 /// Each substep takes away all of a point's depth, so a point is as deep as its force drives both sides into
