@@ -87,6 +87,25 @@ TEST_F(FirstTries, BodiesTooSoftForTheirWeightAreTold) {
     EXPECT_EQ(silent.find("warning"), std::string::npos) << silent;
 }
 
+/// A rod that is tilted by 10 degrees lies down, and four legs keep one another: neither is a column that
+/// falls, though boxes round them are high and narrow.
+TEST_F(FirstTries, WhatLiesDownAndLegsAreNoColumns) {
+  std::string text =
+      "source: {kind: none, frames: 0-1}\nobstacles:\n  - {name: floor, kind: plane}\nbodies:\n"
+      "  - {name: rod, shape: {kind: box, size_m: [0.02, 0.02, 0.5]}, placement: {position_m: [1, 0.1, 0], "
+      "rotation_deg: [10, 0, 0]}, spacing_m: 0.02, material: {model: tled, young_modulus_pa: 30000}}\n"
+      "  - {name: top, shape: {kind: box, size_m: [0.4, 0.08, 0.4]}, placement: {position_m: [0, 0.12, 0]}, "
+      "spacing_m: 0.04, material: {model: tled, young_modulus_pa: 40000}}\n";
+  for (int k = 0; k < 4; ++k)
+    text += "  - {name: leg" + std::to_string(k) +
+            ", shape: {kind: box, size_m: [0.08, 0.08, 0.08]}, placement: {position_m: [" +
+            (k % 2 == 0 ? "-0.16" : "0.16") + ", 0.04, " + (k < 2 ? "-0.16" : "0.16") +
+            "]}, spacing_m: 0.04, material: {model: tled, young_modulus_pa: 40000}}\n";
+  const Outcome o = run_tactus("run " + write("l.yaml", text) + " --devices cpu --view none");
+  EXPECT_EQ(o.code, 0) << o.text;
+  EXPECT_EQ(o.text.find("young_modulus_pa"), std::string::npos) << o.text;
+}
+
 /// A cube beside its tray falls 20 of its sizes, 2 m, in 0.64 s; one on it doesn't.
 TEST_F(FirstTries, ABodyThatMissesItsTrayIsToldOnce) {
   const std::string file = write("f.yaml",
