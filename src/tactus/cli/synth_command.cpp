@@ -99,13 +99,14 @@ ColorImage photograph(const SyntheticSubject& subject, const Camera& camera, con
   return image;
 }
 
-void write_rig(const SynthOptions& options, const Rig& rig) {
+/// @param frames that were written
+void write_rig(const SynthOptions& options, const Rig& rig, int frames) {
   char text[256];
   std::snprintf(
       text, sizeof text,
       "unit_m: 1\nup: +y\nimage_size_px: [%d, %d]\n"
       "workspace_m: {min: [-0.5, 0, -0.5], max: [0.5, 1, 0.5]}\nframes: [0, %d]\nframes_per_s: %.9g\n",
-      options.rig.width_px, options.rig.height_px, options.frames - 1, options.fps);
+      options.rig.width_px, options.rig.height_px, frames - 1, options.fps);
   std::string yaml = "# Made by tactus synth; the truth lies in truth/.\n" + std::string(text) + "cameras:\n";
   for (const Camera& camera : rig.cameras) {
     const std::string& name = camera.name;
@@ -193,7 +194,7 @@ void synthesize(const SynthOptions& options) {
   for (; written < options.frames && !interrupted(); ++written)
     truth["frames"].push_back(write_frame(options, *subject, rig, written));
   write_json_file(options.folder + "/truth/truth.json", truth);
-  write_rig(options, rig);  // last: a folder with a rig file is whole
+  if (written > 0) write_rig(options, rig, written);  // last: a folder with a rig file is whole
   std::printf("%d frames of %zu cameras and %zu depth cameras in %s\n", written, rig.cameras.size(),
               rig.depth_cameras.size(), options.folder.c_str());
 }

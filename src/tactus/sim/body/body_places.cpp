@@ -55,9 +55,10 @@ std::string BodyPlaces::acting_near(Vec3f p_m) const {
   }
   for (std::size_t k = 0; k < shape_.loads.size(); ++k)
     add(tissue_.boundary().loads().nodes_of(k), shape_.loads[k].name + " acts on it");
-  // Fixed nodes far away are no cause of an event here.
+  // Fixed nodes far away are no cause of an event here, and places for nodes of cuts don't move, either.
+  const Index regular = lattice.node_count() - static_cast<Index>(lattice.virtual_nodes.size());
   std::vector<Index> fixed;
-  for (Index i = 0; i < lattice.node_count(); ++i)
+  for (Index i = 0; i < regular; ++i)
     if (lattice.fixed[static_cast<std::size_t>(i)] != 0 &&
         length(lattice.rest_m(i) - p_m) < 3.5F * lattice.spacing_m)
       fixed.push_back(i);
