@@ -11,14 +11,12 @@
 namespace tactus {
 namespace {
 
-Index emitted_in_a_step(const LiquidSettings& settings) {
-  Index points = 0;
+/// The most that come between two steps.
+Index arrivals_of(const LiquidSettings& settings) {
+  Index points = settings.arrivals;
   for (const LiquidEmitter& e : settings.emitters) points += most_in_a_step(e, settings.spacing_m);
   return points;
 }
-
-/// The most that come between two steps.
-Index arrivals_of(const LiquidSettings& settings) { return settings.arrivals + emitted_in_a_step(settings); }
 
 /// A little more than the reach: positions and cuts are rounded.
 constexpr float kCopiedReach = 1.F + 1.F / 256;
@@ -122,12 +120,8 @@ void Liquid::emit(const StepTime& time) {
                                  part.v_m_s.view(), part.id.view(), part.push.view()});
 }
 
-std::int64_t Liquid::most_arrivals(int steps) const {
-  return settings_.arrivals + std::int64_t{steps} * emitted_in_a_step(settings_);
-}
-
 void Liquid::keep_youngest() {
-  if (parts_[0].ages.empty() || !may_overflow_) return;
+  if (parts_[0].ages.empty()) return;
   each([&](ExecContext& ctx, LiquidPart& part) { ctx.fill_bytes(part.ages.view(), 0); });
   for (Index level = 0; level <= KeepYoungest::kLevels; ++level) {
     if (split_.is_split()) split_.barrier().meet();

@@ -135,11 +135,6 @@ class Liquid {
   static constexpr float kMostLonger = 6;
   /// Sets the iterations of dfsph from the next step on, at least 1.
   void set_iterations(int iterations) { settings_.iterations = iterations; }
-  /// The most that emitters and arrivals() bring in so many steps, the first of which meets the arrivals.
-  std::int64_t most_arrivals(int steps) const;
-  /// From the next step on, whether there may be more particles than max_particles: only then steps look for
-  /// the oldest, to which a GPU has five launches in every step.
-  void set_may_overflow(bool may) { may_overflow_ = may; }
   const LiquidSettings& settings() const { return settings_; }
   const LiquidConstants& constants() const { return constants_; }
   /// The particles of a part. Copies are nowhere (NaN).
@@ -194,7 +189,6 @@ class Liquid {
 
   DeviceSet& devices_;
   LiquidSettings settings_;
-  bool may_overflow_ = true;
   LiquidConstants constants_;
   std::vector<LiquidPart> parts_;
   LiquidSplit split_;

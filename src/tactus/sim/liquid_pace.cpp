@@ -104,12 +104,6 @@ void SceneLiquid::look_ahead(double from_s, double to_s, Vec3d gravity_m_s2, std
   }
 }
 
-void SceneLiquid::prepare(int steps) {
-  const LiquidSettings& settings = liquid_.settings();
-  may_overflow_ = last_.here + liquid_.most_arrivals(steps) > settings.max_particles;
-  liquid_.set_may_overflow(may_overflow_);
-}
-
 int SceneLiquid::steps_for(double dt_s) const {
   if (pace_.is_empty != 0 || !(dt_s > 0)) return 0;
   return std::max(static_cast<int>(std::ceil(dt_s / double{pace_.longest_step_s} - 1e-4)), 1);

@@ -63,12 +63,8 @@ class SceneLiquid {
   /// least three, or all.
   bool can_be_reduced() const { return reduced_iterations() < description_.iterations; }
   void reduce_quality(bool is_reduced) { is_reduced_ = is_reduced; }
-  /// Before so many steps of a frame, or of a part of it.
-  void prepare(int steps);
-  /// Which of several ways of making steps the coming ones take, from 0 on.
-  std::size_t variant() const {
-    return static_cast<std::size_t>(pace_.growth) * 4 + (may_overflow_ ? 2 : 0) + (is_reduced_ ? 1 : 0);
-  }
+  /// Which of several numbers of iterations the coming steps have, from 0 on.
+  std::size_t variant() const { return static_cast<std::size_t>(pace_.growth) * 2 + (is_reduced_ ? 1 : 0); }
   /// Over the frame that was waited for. @param notices for the user, added to
   LiquidReport report(const Readback& readback, std::vector<Notice>& notices);
 
@@ -161,7 +157,7 @@ class SceneLiquid {
   std::uint32_t replaced_ = 0;           ///< until the last frame
   LiquidReport last_;                    ///< of the last frame
   StepSize pace_;
-  bool is_reduced_ = false, may_overflow_ = true;
+  bool is_reduced_ = false;
 };
 
 }  // namespace tactus
