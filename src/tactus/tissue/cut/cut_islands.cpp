@@ -200,6 +200,7 @@ std::vector<std::array<Index, 2>> CutSurface::join_bare(const LatticeCutter& cut
     const Across to = across(cutter, copy, counts);
     if (to.copy < 0) continue;
     parted_[to.wall].only = to.side;
+    joined_[index(copy)] = to.copy;
     found.push_back({copy, to.copy});
   }
   if (!found.empty()) {  // the next change has no walls
@@ -262,6 +263,7 @@ std::vector<std::array<Index, 2>> CutSurface::join_slivers(const LatticeCutter& 
     if (to.back().copy < 0) continue;
     for (std::size_t k = 0; k < copies.size(); ++k) {
       parted_[to[k].wall].only = to[k].side;
+      joined_[index(copies[k])] = to[k].copy;
       held_[index(to[k].copy - cutter.lattice().regular_cubes())] +=
           std::exchange(held_[index(copies[k] - cutter.lattice().regular_cubes())], 0.0);
       found.push_back({copies[k], to[k].copy});

@@ -30,6 +30,7 @@ CutSurface::CutSurface(const LatticeCutter& cutter, const TriangleMesh& surface,
     : capacity_(capacity),
       parted_place_(cutter.lattice().cubes.size(), -1),
       parent_(cutter.lattice().cubes.size(), -1),
+      joined_(cutter.lattice().cubes.size(), -1),
       ends_(cutter.lattice().copies.size()),
       held_(cutter.lattice().copies.size()) {
   const std::size_t most = std::max(index(capacity.triangles), surface.triangles.size());
@@ -146,11 +147,14 @@ void CutSurface::add_triangle(const LatticeCutter& cutter, const Triangle& trian
 }
 
 Index CutSurface::leaf(Index cube, Vec3d p) const {
-  while (parted_place_[index(cube)] >= 0) {
-    const Parted& parted = parted_[index(parted_place_[index(cube)])];
-    cube = parted.part_at(p);
+  for (;;) {
+    if (const Index joined = joined_[index(cube)]; joined >= 0)
+      cube = joined;
+    else if (const Index place = parted_place_[index(cube)]; place >= 0)
+      cube = parted_[index(place)].part_at(p);
+    else
+      return cube;
   }
-  return cube;
 }
 
 Vec3d CutSurface::outward(Vec3d p) const {

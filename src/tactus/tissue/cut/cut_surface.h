@@ -426,6 +426,7 @@ class CutSurface {
   std::vector<Parted> parted_;
   std::vector<Index> parted_place_;  ///< per cube and copy: in parted_; -1: it is whole
   std::vector<Index> parent_;        ///< per cube and copy: the one that it is a part of; -1: none
+  std::vector<Index> joined_;        ///< per cube and copy: the one that it joined; -1: none
   /// Per copy and pair: of one with a corner of its own, the point of the wall where its material ends; of a
   /// wedge, where that begins and ends, from the pair's first corner on; else -1.
   using Ends = std::array<Index, 2>;
