@@ -160,7 +160,7 @@ struct FindPairs {
                               Vec3f& q) const {
     const SolidCube& cube = table.cubes[c];
     if (!place_in(c, s.x_m[t], q) || !is_apart(group.first + t, group.body, cube, q)) return false;
-    return is_one || table.samples.at(c, q).distance_m < 0.F;
+    return is_one || table.distance(group.body, group.first + t, c, q).distance_m < 0.F;
   }
 
   static constexpr std::uint32_t kNone = ~0U;
@@ -413,7 +413,7 @@ struct FindPairs {
   /// that of the distance at rest, taken through the deformation; gap = distance / |its gradient|.
   TACTUS_HD bool touch(const PointGroup& group, Index i, Index c, Vec3f q, Vec3f x,
                        PairContact& contact) const {
-    const RestDistance rest = table.samples.at(c, q);
+    const RestDistance rest = table.distance(group.body, i, c, q);
     if (!(rest.distance_m < 0.F)) return false;
     const SolidCube& cube = table.cubes[c];
     const EmbeddedPoint& point = table.points[i];

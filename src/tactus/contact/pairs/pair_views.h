@@ -159,6 +159,18 @@ struct PairTable {
 
   /// Points of a body may stick out of all cubes by that much.
   TACTUS_HD static float slack_m(const PairBody& body) { return 0.1F * body.spacing_m; }
+  /// From a point of a body, at q in a cube, to the surface of the cube's material, negative inside. At rest
+  /// no point is inside of other material of its body: depth that samples tell of a point at its own place is
+  /// their error, where walls are bent, and fades as the point goes from there.
+  TACTUS_HD RestDistance distance(Index body, Index point, Index cube, Vec3f q) const {
+    RestDistance found = samples.at(cube, q);
+    if (cubes[cube].body != body || !(found.distance_m < 0.F)) return found;
+    const Vec3f own = rest[point].p - vec_cast<float>(cubes[cube].cell);
+    const float near = 1 - CubeSamples::kCuts * length(q - own);
+    if (near > 0.F && CubeMap::is_in(own, CubeMap::kEdge))
+      found.distance_m -= near * min(samples.at(cube, own).distance_m, 0.F);
+    return found;
+  }
 };
 
 /// Correction that a point of one body wants that is inside of another, or of its own.
