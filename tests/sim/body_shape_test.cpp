@@ -11,6 +11,7 @@
 #include "tactus/geom/mesh/mesh_defects.h"
 #include "tactus/multi_device/device_set.h"
 #include "tactus/sim/body/soft_body.h"
+#include "tactus/tissue/embedded_surface.h"
 #include "tactus/tissue/hybrid/body_solver.h"
 
 namespace tactus {
@@ -475,6 +476,7 @@ TEST(SoftBody, BlowingUpIsNamedAndSurvived) {
   EXPECT_NE(trouble.find("least volume was 1 of that at rest in cube 0"), std::string::npos) << trouble;
   EXPECT_TRUE(body.status().is_frozen);
   for (const Vec3f x : body.positions_m(ctx)) EXPECT_LT(length(x), 0.2F);
+  for (const Vec3f x : body.surface().to_mesh(ctx).positions_m) EXPECT_LT(length(x), 0.2F);  // that is seen
   const std::vector<Vec3f> before = body.positions_m(ctx);
   EXPECT_EQ(frames.play(1e-5F, 1, {0, -9.81F, 0}), "");
   EXPECT_EQ(body.positions_m(ctx), before);

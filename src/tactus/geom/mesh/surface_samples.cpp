@@ -69,7 +69,8 @@ SurfaceSamples::SurfaceSamples(const TriangleMesh& mesh, float reach_m, const Bo
 
 Vec3i SurfaceSamples::cell_of(Vec3f p_m) const {
   const auto along = [&](float from_low_m, Index count) {
-    return static_cast<Index>(clamp(std::floor(from_low_m / cell_m_), 0.F, static_cast<float>(count - 1)));
+    const float cell = std::floor(from_low_m / cell_m_);
+    return cell > 0.F ? static_cast<Index>(std::min(cell, static_cast<float>(count - 1))) : 0;  // NaN: 0
   };
   const Vec3f q = p_m - low_m_;
   return {along(q.x, cells_.x), along(q.y, cells_.y), along(q.z, cells_.z)};

@@ -256,6 +256,7 @@ std::string SoftBody::end_frame(ExecContext& ctx, const Readback& readback, int 
   const std::vector<Vec3f> x_m = to_host(ctx, frame_begin_x_m_.const_view());
   tissue_->set_state(x_m, std::vector<Vec3f>(x_m.size()));
   tissue_->stop();
+  update_surface(ctx);
   status_.strain = strain_before;
   status_.node_check = before;
   status_.is_frozen = true;
