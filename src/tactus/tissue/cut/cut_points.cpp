@@ -1,8 +1,11 @@
 #include "tactus/tissue/cut/cut_points.h"
 
 #include <algorithm>
+#include <array>
+#include <set>
 
 #include "tactus/base/at.h"
+#include "tactus/tissue/cut/small_part.h"
 #include "tactus/tissue/cut/wall_parts.h"
 
 namespace tactus::cut {
@@ -63,6 +66,44 @@ void CutPoints::add_walls(const LatticeCutter& cutter, const CutSurface& surface
   }
 }
 
+bool CutPoints::has_point(const LatticeCutter& cutter, Index copy) const {
+  const auto known = of_cube_.find(cutter.regular_of(copy));
+  return known != of_cube_.end() && std::any_of(known->second.begin(), known->second.end(),
+                                                [&](std::size_t p) { return points_[p].cube == copy; });
+}
+
+/// Parts that this change may have made. Later cuts took the points of their walls away, and each wall that
+/// is new is too small for one.
+void CutPoints::add_to_bare_parts(const LatticeCutter& cutter, const CutSurface& surface,
+                                  const TopologyChange& change, double unit_m2) {
+  constexpr std::size_t kMostCopies = 16;  // a part of more has walls that got points
+  std::set<Index> bare;
+  for (const TopologyChange::Copy& copy : change.copies) {
+    if (bare.contains(copy.cube) || has_point(cutter, copy.cube)) continue;
+    for (const Index part :
+         small_part(cutter, copy.cube, kMostCopies, [&](Index c) { return !has_point(cutter, c); }))
+      bare.insert(part);
+  }
+  if (bare.empty()) return;
+  std::set<Index> done;
+  for (Index t = 0; t < static_cast<Index>(surface.triangles().size()); ++t) {
+    const auto& corners = surface.triangles()[at(t)];
+    if (corners[0] == corners[1] && corners[1] == corners[2]) continue;  // not in use
+    std::array<Vec3d, 3> p;
+    std::array<Index, 3> cube;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const embed::Anchor anchor = surface.anchor(cutter, corners[k]);
+      cube[k] = anchor.cube;
+      p[k] = vec_cast<double>(cutter.lattice().cubes[at(anchor.cube)]) + vec_cast<double>(anchor.local);
+    }
+    const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+    for (std::size_t k = 0; k < 3; ++k)
+      if (bare.contains(cube[k]) && done.insert(corners[k]).second)
+        add(cutter, {next_, p[k], cube[k], static_cast<float>(length(normal) / 6 * unit_m2),
+                     surface.is_wall(t) ? vec_cast<float>(normalized(normal)) : Vec3f{}});
+  }
+}
+
 void CutPoints::add(const LatticeCutter& cutter, const Point& point) {
   if (next_ >= end_) {
     is_full_ = true;
@@ -76,7 +117,8 @@ void CutPoints::add(const LatticeCutter& cutter, const Point& point) {
 std::vector<PointChange> CutPoints::update(const LatticeCutter& cutter, const CutSurface& surface,
                                            const TopologyChange& change) {
   const CubeLattice& lattice = cutter.lattice();
-  add_walls(cutter, surface, sqr(double{lattice.spacing_m}));
+  const double unit_m2 = sqr(double{lattice.spacing_m});
+  add_walls(cutter, surface, unit_m2);
   std::set<Index> cubes;
   for (const TopologyChange::Copy& copy : change.copies) cubes.insert(copy.copy.of);
   std::vector<std::size_t> moved;
@@ -85,12 +127,15 @@ std::vector<PointChange> CutPoints::update(const LatticeCutter& cutter, const Cu
       moved.insert(moved.end(), known->second.begin(), known->second.end());
   std::sort(moved.begin(), moved.end());
   moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+  for (const std::size_t p : moved) points_[p].cube = surface.leaf(points_[p].cube, points_[p].p);
+  const std::size_t first_bare = points_.size();
+  add_to_bare_parts(cutter, surface, change, unit_m2);
+  for (std::size_t p = first_bare; p < points_.size(); ++p) moved.push_back(p);
   std::vector<SpreadPoint> points;
   std::vector<Index> cube_of;
   std::vector<Vec3f> local_of;
   for (const std::size_t p : moved) {
-    Point& point = points_[p];
-    point.cube = surface.leaf(point.cube, point.p);
+    const Point& point = points_[p];
     points.push_back({{}, point.area_m2});
     cube_of.push_back(point.cube);
     local_of.push_back(vec_cast<float>(point.p - vec_cast<double>(lattice.cubes[at(point.cube)])));

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "tactus/tissue/cut/cut_surface.h"
+#include "tactus/tissue/cut/small_part.h"
 
 namespace tactus::cut {
 namespace {
@@ -28,32 +29,11 @@ void CutSurface::note_slivers(const LatticeCutter& cutter, const Stage& s) {
 
 /// Copies that hang together with this one, if there is nothing but them, and they hold less than kLeastFill.
 std::vector<Index> CutSurface::severed_sliver(const LatticeCutter& cutter, Index copy) const {
-  const CubeLattice& lattice = cutter.lattice();
-  const Index first = lattice.regular_cubes();
-  if (!(lattice.cube_fill[index(copy)] > 0)) return {};
-  std::vector<Index> copies{copy};
   double held = 0;
-  for (std::size_t k = 0; k < copies.size(); ++k) {
-    if (copies[k] < first || copies.size() > kMostCopies) return {};
-    held += held_[index(copies[k] - first)];
-    if (!(held < kLeastFill)) return {};
-    const auto& own = lattice.cube_nodes[index(copies[k])];
-    const Vec3i p = lattice.cubes[index(copies[k])];
-    for (Index n = 0; n < 27; ++n) {
-      const Index regular = cutter.regular_at(p + Vec3i{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
-      if (regular < 0) continue;
-      for (const Index other : cutter.live(regular)) {
-        const auto& nodes = lattice.cube_nodes[index(other)];
-        const bool is_joined =
-            lattice.cube_fill[index(other)] > 0 && std::any_of(nodes.begin(), nodes.end(), [&](Index node) {
-              return std::find(own.begin(), own.end(), node) != own.end();
-            });
-        if (is_joined && std::find(copies.begin(), copies.end(), other) == copies.end())
-          copies.push_back(other);
-      }
-    }
-  }
-  return copies;
+  return small_part(cutter, copy, kMostCopies, [&](Index part) {
+    held += held_[index(part - cutter.lattice().regular_cubes())];
+    return held < kLeastFill;
+  });
 }
 
 void CutSurface::move_triangles(Index from, Index to) {
