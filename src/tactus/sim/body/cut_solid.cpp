@@ -133,13 +133,18 @@ std::vector<Vec3i> CutSolid::spread(const std::vector<WallPatch>& walls) {
   return nearer;
 }
 
-/// Cubes that stay whole have the distance to the walls from their corners. @returns those that changed
+/// No material is deeper than the nearest wall is far, be it another cube's: cubes and parts of cubes get
+/// that distance from their corners. It is convex, so it takes off nothing from what is nearer to a wall of
+/// its own.
+/// @returns those that changed
 std::vector<Index> CutSolid::press(const cut::LatticeCutter& cutter, const std::vector<Vec3i>& nearer) {
   std::vector<Index> cubes;
   for (const Vec3i p : nearer)
     for (int q = 0; q < 8; ++q) {
-      const Index cube = cutter.regular_at(p - Vec3i{q & 1, q >> 1 & 1, q >> 2});
-      if (cube >= 0 && cutter.lattice().cube_fill[at(cube)] > 0) cubes.push_back(cube);
+      const Index regular = cutter.regular_at(p - Vec3i{q & 1, q >> 1 & 1, q >> 2});
+      if (regular < 0) continue;
+      for (const Index cube : cutter.live(regular))
+        if (cutter.lattice().cube_fill[at(cube)] > 0) cubes.push_back(cube);
     }
   std::sort(cubes.begin(), cubes.end());
   cubes.erase(std::unique(cubes.begin(), cubes.end()), cubes.end());
@@ -171,6 +176,8 @@ SolidChange CutSolid::update(const cut::BodyCutter& cutter, const TopologyChange
   const CubeLattice& lattice = cutter.lattice().lattice();
   std::vector<Index> cubes = press(cutter.lattice(), spread(new_walls(cutter)));
   for (const TopologyChange::Copy& copy : change.copies) cubes.push_back(copy.cube);
+  std::sort(cubes.begin(), cubes.end());
+  cubes.erase(std::unique(cubes.begin(), cubes.end()), cubes.end());
   for (const Index cube : cubes) {
     solid.cubes.push_back({cube, lattice.cubes[at(cube)], lattice.cube_nodes[at(cube)]});
     const Samples& samples = samples_of(cube);

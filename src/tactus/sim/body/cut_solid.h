@@ -13,8 +13,8 @@ namespace tactus {
 
 /// Owns the signed distances to the surface at rest, of the cubes next to it, as the body is cut. A part of a
 /// cube has max(those of its parent, the distance to the wall, positive beyond it); so the material of other
-/// parts there is outside. Cubes that stay whole have max(theirs, minus the distance to the nearest wall), up
-/// to kWallBand.
+/// parts there is outside. Then all that is near a new wall has max(its own, minus the distance to the wall),
+/// up to kWallBand.
 class CutSolid {
  public:
   /// How deep points may get below a wall, in spacings.
