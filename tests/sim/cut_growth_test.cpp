@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <random>
 
 #include "support/device_sets.h"
@@ -373,6 +374,27 @@ TEST(CutGrowth, ALimitStaysAndEachStrokeIsToldOnce) {
   EXPECT_EQ(capacity_of(world), 100);
   ASSERT_EQ(full.size(), 3U);
   for (const Notice& n : full) EXPECT_NE(n.remedy.find("'cut_capacity'"), std::string::npos);
+}
+
+/// Blades that begin in one frame are strokes of their own: each that finds the body full is told, once.
+TEST(CutGrowth, StrokesOfOneFrameAreToldEach) {
+  ShapeDescription box;
+  box.size_m = {0.08, 0.08, 0.08};
+  constexpr int kStrokes = 6;
+  Scene scene = strokes_scene(box, 0.01, 0.04 * std::sqrt(3.0), kStrokes, 5, 6);
+  scene.bodies[0].cut_capacity = 8;  // fewer than any of them needs
+  for (BladeDescription& blade : scene.blades) {
+    blade.path[0].time_s = 2 * kFrame_s;
+    blade.path[1].time_s = 8 * kFrame_s;
+  }
+  DeviceSet devices("cpu");
+  test::FilmedWorld world(devices, scene, {}, {});
+  std::map<std::string, int> told;
+  for (int k = 0; k < 12; ++k)
+    for (const Notice& n : world.step(nullptr, k == 0 ? 0 : kFrame_s).notices)
+      if (n.code == "cut.full") ++told[n.text.substr(0, n.text.find(" in body"))];
+  ASSERT_EQ(told.size(), std::size_t{kStrokes});
+  for (const auto& [blade, count] : told) EXPECT_EQ(count, 1) << blade;
 }
 
 }  // namespace

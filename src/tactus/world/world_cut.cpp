@@ -111,15 +111,12 @@ bool World::Impl::cut_body(std::size_t k, std::size_t b, const cut::BladeStrip& 
   return cut.cut_cubes > 0;
 }
 
-/// One notice a stroke, and one for strokes that find a body full in the same frame.
+/// One notice a stroke.
 void World::Impl::report_full(const std::string& who, const SoftBody& body, double from_s,
                               std::vector<Notice>& notices) {
-  const auto was_told = [&](const std::string& of, double pause_s) {
-    const auto [known, is_first] = full_s_.try_emplace(of, from_s);
-    return !is_first && from_s - std::exchange(known->second, from_s) <= pause_s;
-  };
-  const bool goes_on = was_told(who, kStrokePause_s), is_in_frame = was_told(body.name(), 0);
-  if (!goes_on && !is_in_frame) notices.push_back(full_notice(who, body));
+  const auto [known, is_first] = full_s_.try_emplace(who, from_s);
+  const bool goes_on = !is_first && from_s - std::exchange(known->second, from_s) <= kStrokePause_s;
+  if (!goes_on) notices.push_back(full_notice(who, body));
 }
 
 /// Lets the probes in a body, and the liquid round it, follow its cuts.
