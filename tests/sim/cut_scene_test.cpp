@@ -343,6 +343,19 @@ TEST(CutScene, DoesNotCutWhereABladeJumps) {
   EXPECT_EQ(played.state.copies, 0);
 }
 
+/// The limit of docs/scene.md: 0.21 m a frame is too far, 0.19 m cuts.
+TEST(CutScene, ABladesPathMayGo20CentimetresAFrame) {
+  for (const double way_m : {0.19, 0.21}) {
+    Scene scene = parse_scene(scene_text(), "scenes/x.yaml");
+    scene.blades[0].path[1] = {0.4, {9 * way_m, 0, 0}, 0};
+    const Played played = play(scene, "cpu");
+    const bool is_told = std::any_of(played.notices.begin(), played.notices.end(),
+                                     [](const Notice& n) { return n.code == "cut.jump"; });
+    EXPECT_EQ(is_told, way_m > 0.2) << way_m;
+    EXPECT_EQ(played.state.copies > 0, way_m < 0.2) << way_m;
+  }
+}
+
 TEST(CutScene, RefusesBladesAndBodiesByName) {
   const auto error_of = [](const char* what, const char* instead) {
     std::string text = scene_text();

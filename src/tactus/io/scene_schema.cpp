@@ -282,7 +282,9 @@ void describe_body(FieldVisitor& v, BodyDescription& b) {
 
 void describe_blade(FieldVisitor& v, BladeDescription& b) {
   describe_name(v, {"name", "unique name, used in results", kRequired}, b.name);
-  v.section({"tracked", "a real tool of known shape that the cameras see, instead of keyframes"},
+  v.section({"tracked",
+             "a real tool of known shape that the cameras see, instead of keyframes. It cuts nothing in a "
+             "frame in which its edge goes farther than 0.2 m"},
             [&](FieldVisitor& in) { describe_tracked(in, given(b.tracked)); });
   v.boolean(
       {"held",
@@ -291,7 +293,9 @@ void describe_blade(FieldVisitor& v, BladeDescription& b) {
       b.held);
   v.vector({"from_m", "one end of its straight edge, where nothing moves it"}, b.from_m, kPosition);
   v.vector({"to_m", "the other end"}, b.to_m, kPosition);
-  v.list({"path", "where it goes: keyframes, linear in between; it cuts from the first to the last"},
+  v.list({"path",
+          "where it goes: keyframes, linear in between; it cuts from the first to the last, but in no frame "
+          "in which its edge goes farther than 0.2 m: a notice says so"},
          items_of(b.path, describe_blade_key));
   v.vector({"axis", "of the angles, world axes"}, b.axis, {"", -1000, 1000});
   v.vector_or_auto({"pivot_m", "a point on that axis, which moves along"}, b.pivot_m, kPosition, "`from_m`");
