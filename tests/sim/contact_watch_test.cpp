@@ -103,6 +103,93 @@ TEST(EnergyWatch, FollowsTheBodiesOfAScene) {
   }
 }
 
+// Bodies over the box of a liquid
+
+/// What the first frame tells of body 'cube', whose middle is at y: "" or the notice, with its remedy.
+std::string no_floor(Scene scene, double y_m = 0.3) {
+  scene.bodies.insert(scene.bodies.begin(), block("cube", {0.1, 0.1, 0.1}, {0, y_m, 0}));
+  DeviceSet devices("cpu");
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
+  std::string told;
+  for (int k = 0; k < 2; ++k)
+    for (const Notice& notice : simulation.step(nullptr, k / 30.).notices)
+      if (notice.code == "body.no_floor") told += notice.text + "; " + notice.remedy + "\n";
+  return told;
+}
+
+Scene over_liquid() {
+  Scene scene = small_scene();
+  LiquidDescription& liquid = scene.fluid.emplace();
+  liquid.spacing_m = 0.04;
+  liquid.density_kg_m3 = 900;
+  liquid.box = {{-0.2, 0, -0.3}, {0.2, 1, 0.3}};
+  return scene;
+}
+
+/// A notice names the obstacle that would do, and with that obstacle there is none, nor a fall.
+TEST(BodyOverLiquid, IsToldOnceWithTheObstacleThatHoldsIt) {
+  Scene scene = over_liquid();
+  EXPECT_EQ(no_floor(scene),
+            "body 'cube' is over 'fluid.box', whose faces hold the liquid alone: it will fall through the "
+            "floor; hold it with 'fixed', or give 'obstacles' a floor: {name: floor, kind: box, size_m: "
+            "[0.4, 0.08, 0.6], placement: {position_m: [0, -0.04, 0]}}\n");
+  ObstacleSetting& floor = scene.obstacles.emplace_back();
+  floor.name = "floor";
+  floor.kind = ObstacleShape::box;
+  floor.size_m = {0.4, 0.08, 0.6};
+  floor.placement.position_m = {0, -0.04, 0};
+  EXPECT_EQ(no_floor(scene), "");
+  DeviceSet devices("cpu");
+  Scene falls = scene;
+  falls.bodies = {block("cube", {0.1, 0.1, 0.1}, {0, 0.1, 0})};
+  test::FilmedWorld simulation(devices, falls, make_synthetic_rig(), {});
+  EXPECT_EQ(codes_of(simulation, 30), "");
+  EXPECT_GT(simulation.bodies()[0]->status().motion.center_m.y, 0.04);
+  scene.obstacles[0].placement.position_m.x = 0.5;  // beside it
+  EXPECT_NE(no_floor(scene), "");
+  scene.obstacles[0].motion = {{}, {}};
+  scene.obstacles[0].motion[1].time_s = 1;
+  EXPECT_EQ(no_floor(scene), "") << "it moves, and may catch it";
+}
+
+/// Other bodies, planes and held regions bear it; gravity may be absent or have another direction.
+TEST(BodyOverLiquid, IsBorneByWhatIsUnderIt) {
+  Scene scene = over_liquid();
+  EXPECT_NE(no_floor(scene, 0.06), "") << "in the box";
+  EXPECT_EQ(no_floor(scene, -0.3), "") << "under the box";
+  scene.gravity_m_s2 = {};
+  EXPECT_EQ(no_floor(scene), "");
+  scene.gravity_m_s2 = {-9.81, 0, 0};
+  EXPECT_NE(no_floor(scene).find("size_m: [0.08, 1, 0.6], placement: {position_m: [-0.24, 0.5, 0]}"),
+            std::string::npos);
+  scene.gravity_m_s2 = {0, -9.81, 0};
+  scene.obstacles = {floor_at(0)};
+  EXPECT_EQ(no_floor(scene), "");
+  scene.obstacles[0].placement.position_m.y = 2;
+  EXPECT_NE(no_floor(scene), "") << "the plane is above it";
+  scene.obstacles.clear();
+  scene.bodies = {block("plate", {0.3, 0.04, 0.3}, {0, 0.1, 0})};
+  EXPECT_NE(no_floor(scene).find("body 'plate'"), std::string::npos);
+  EXPECT_EQ(no_floor(scene).find("body 'cube'"), std::string::npos) << "the plate takes it along";
+  scene.bodies[0].fixed.push_back({half_space({-0.14, 0, 0}, {1, 0, 0})});
+  EXPECT_EQ(no_floor(scene), "");
+}
+
+/// A cube of 1000 kg/m^3 goes (1000 / 1060) * 0.1 = 0.094 m deep in blood: a pool of 0.2 m by 0.4 m by 0.6 m
+/// bears it, one of 0.04 m doesn't, nor a lighter liquid.
+TEST(BodyOverLiquid, FloatsWhereThePoolIsDeepEnough) {
+  Scene scene = over_liquid();
+  LiquidDescription& liquid = *scene.fluid;
+  liquid.density_kg_m3 = 1060;
+  liquid.blocks = {{{{-0.2, 0, -0.3}, {0.2, 0.2, 0.3}}, {}}};
+  EXPECT_EQ(no_floor(scene), "");
+  liquid.density_kg_m3 = 990;
+  EXPECT_NE(no_floor(scene), "");
+  liquid.density_kg_m3 = 1060;
+  liquid.blocks[0].box.max_m.y = 0.04;
+  EXPECT_NE(no_floor(scene), "");
+}
+
 // Bodies in bodies
 
 /// A small cube within a large one: contact of points finds nothing so deep.

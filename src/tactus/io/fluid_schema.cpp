@@ -74,7 +74,10 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
              "leave 0.01 %; "
              "deeper pools take up to eight times as many"},
             f.iterations, {"", 1, 100});
-  v.section({"box", "the liquid's world; its faces are walls, but for those that are open", kRequired},
+  v.section({"box",
+             "the liquid's world; its faces are walls, but for those that are open. They hold the liquid "
+             "alone: bodies fall through them, and need `obstacles`",
+             kRequired},
             [&](FieldVisitor& in) { describe_box(in, f.box); });
   v.choice({"open", "faces of the box through which particles leave; `sides` opens the top, too"}, f.open,
            {{"none", LiquidOpen::none},

@@ -19,10 +19,12 @@ class FallWatch {
       "place an obstacle under it, check 'placement' and its unit, or hold it with 'fixed'";
   /// Watches nothing.
   FallWatch() = default;
-  /// @param boxes_m of bodies, and of the workspace where there is one
+  /// @param boxes_m of bodies, and of the workspace and the liquid where there are any
   FallWatch(std::span<const ObstacleDescription> obstacles, std::span<const Box3f> boxes_m,
             Vec3d gravity_m_s2);
 
+  /// This body is known to fall.
+  void leave_out(const std::string& body) { reported_.insert(body); }
   /// Once a frame and body that nothing holds or touches. @param size_m its longest side
   /// @returns "" or, once a body, where it is and how far below everything
   std::string follow(const std::string& body, Vec3d center_m, double size_m);

@@ -115,14 +115,10 @@ World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& asse
   if (perception != nullptr) tools_.motions = perception->impl().tracked_blades().motions();
   for (const ProbeDescription& probe : scene.probes) add_probe(probe);
   add_plans();
-  for (const BodyDescription& body : scene.bodies) {
-    if (body.fixed.empty() && body.moved.empty() && scene.obstacles.empty() &&
-        dot(scene.gravity_m_s2, scene.gravity_m_s2) > 0)
-      log_warning("body '" + body.name + "': gravity pulls and nothing is 'fixed': it will fall");
-  }
   start_notices_ = overlaps_at_start(scene, bodies_, still_ones(obstacle_descriptions(scene, assets)));
   for (Notice& notice : heavy_bodies(scene, bodies_)) start_notices_.push_back(std::move(notice));
   fall_watch_ = make_fall_watch(touched_obstacles(scene, assets, perception));
+  report_falling_bodies(obstacle_descriptions(scene, assets));
   if (perception != nullptr) report_far_bodies(scene, bodies_, perception->workspace_m(), start_notices_);
   if (scene.fluid)
     liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));

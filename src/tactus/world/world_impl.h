@@ -128,6 +128,7 @@ struct World::Impl {
   double surface_m_s(const SoftBody& body, double seconds) const;
   // world_watch.cpp
   EnergyWatch make_energy_watch() const;
+  void report_falling_bodies(std::span<const ObstacleDescription> obstacles);
   FallWatch make_fall_watch(std::span<const ObstacleDescription> obstacles) const;
   std::string falls_for_ever(std::size_t body, const StepReport& report);
   void note_contact(const ContactReport& contact);

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "tactus/base/log.h"
 #include "tactus/tissue/embedded_surface.h"
+#include "tactus/world/hold_check.h"
 #include "tactus/world/world_impl.h"
 
 namespace tactus {
@@ -43,12 +45,29 @@ EnergyWatch World::Impl::make_energy_watch() const {
   return {std::move(bodies), scene_.gravity_m_s2};
 }
 
-/// Where there are no obstacles, it was told at the start that all will fall.
+void World::Impl::report_falling_bodies(std::span<const ObstacleDescription> obstacles) {
+  for (const auto& body : bodies_) {
+    const BodyDescription& of = body->description();
+    if (!of.fixed.empty() || !of.moved.empty() || !scene_.obstacles.empty() ||
+        !(dot(scene_.gravity_m_s2, scene_.gravity_m_s2) > 0) || is_over_liquid(scene_, *body))
+      continue;
+    log_warning("body '" + of.name + "': gravity pulls and nothing is 'fixed': it will fall");
+    fall_watch_.leave_out(of.name);
+  }
+  for (UnheldBody& unheld : bodies_without_floor(scene_, bodies_, obstacles)) {
+    fall_watch_.leave_out(unheld.body);
+    start_notices_.push_back(std::move(unheld.notice));
+  }
+}
+
+/// Where there are neither obstacles nor a liquid, it was told at the start that all will fall.
 FallWatch World::Impl::make_fall_watch(std::span<const ObstacleDescription> obstacles) const {
-  if (scene_.obstacles.empty()) return {};
+  if (scene_.obstacles.empty() && !scene_.fluid) return {};
   std::vector<Box3f> boxes_m;
   for (const auto& body : bodies_) boxes_m.push_back(bounds(body->shape().surface_m));
   if (perception_ != nullptr) boxes_m.push_back(perception_->workspace_m());
+  if (scene_.fluid)
+    boxes_m.push_back({vec_cast<float>(scene_.fluid->box.min_m), vec_cast<float>(scene_.fluid->box.max_m)});
   return {obstacles, boxes_m, scene_.gravity_m_s2};
 }
 
