@@ -30,6 +30,24 @@ TEST_F(Interrupt, ReconstructWritesTheFramesSoFar) {
   }
 }
 
+/// What was written is a rig of the frames so far, which reconstruct reads to its end.
+TEST_F(Interrupt, SynthWritesARigOfTheFramesSoFar) {
+  const Outcome o = run_and_signal({"synth", "hand", "--moving", "--frames", "9000", "--no-colors",
+                                    "--cameras", "4", "--out", path("film"), "--verbose"},
+                                   "frame 3 of 9000", SIGINT);
+  ASSERT_EQ(o.code, 130) << o.text;
+  const auto frames = read_json("film/truth/truth.json")["frames"].size();
+  EXPECT_GE(frames, 3U);
+  EXPECT_LT(frames, 9000U);
+  EXPECT_NE(o.text.find(std::to_string(frames) + " frames of 4 cameras"), std::string::npos) << o.text;
+  const Outcome hulls = run_tactus("reconstruct --source masks " + path("film/rig.yaml") +
+                                   " --frames 0- --devices cpu --resolution 24 --json " + path("r.json"));
+  EXPECT_EQ(hulls.code, 0) << hulls.text;
+  EXPECT_EQ(read_json("r.json")["frames"].size(), frames);
+  EXPECT_TRUE(read_json("r.json")["bad_frames"].empty());
+  expect_no_parts();
+}
+
 TEST_F(Interrupt, RunClosesVideoSheetAndJson) {
   const std::string scene =
       write("s.yaml",

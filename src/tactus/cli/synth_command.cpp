@@ -1,9 +1,13 @@
+#include <unistd.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "tactus/base/error.h"
+#include "tactus/base/log.h"
 #include "tactus/base/safe_file.h"
+#include "tactus/base/timing.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
 #include "tactus/io/json_file.h"
@@ -12,6 +16,7 @@
 #include "tactus/rig/synthetic/synthetic_noise.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 #include "tactus/rig/synthetic/synthetic_subject.h"
+#include "tactus/run/progress_text.h"
 #include "tactus/view/image_files.h"
 
 namespace tactus {
@@ -159,13 +164,8 @@ nlohmann::json write_frame(const SynthOptions& options, const SyntheticSubject& 
           {"camera_late_s", std::move(late)}};
 }
 
-void synthesize(const SynthOptions& options) {
-  check(options);
-  const std::unique_ptr<SyntheticSubject> subject = make_subject(options);
-  const Rig rig = make_synthetic_rig(options.rig);
-  const Box3f box = subject->bounds_m();
-  const FolderLock lock(options.folder);
-  check_is_empty(options.folder);
+/// Folders and calibrations, which don't depend on time.
+void write_still(const SynthOptions& options, const Rig& rig) {
   for (const char* part : {"masks", "photos", "depth", "cameras", "truth/cameras", "truth/depth"}) {
     std::error_code error;
     fs::create_directories(fs::path(options.folder) / part, error);
@@ -178,7 +178,10 @@ void synthesize(const SynthOptions& options) {
     write_calibration(options.folder + "/cameras/" + camera.name + ".yaml",
                       miscalibrate(camera, options.noise, static_cast<int>(c)));
   }
-  nlohmann::json truth{
+}
+
+nlohmann::json truth_before_frames(const SynthOptions& options, const Box3f& box) {
+  return {
       {"what", options.what},
       {"bounds_m", {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}}},
       {"depth_unit_m", 1e-4},
@@ -190,13 +193,41 @@ void synthesize(const SynthOptions& options) {
         {"wiggle_m", options.noise.wiggle_m},
         {"seed", options.noise.seed}}},
       {"frames", nlohmann::json::array()}};
-  int written = 0;
-  for (; written < options.frames && !interrupted(); ++written)
-    truth["frames"].push_back(write_frame(options, *subject, rig, written));
-  write_json_file(options.folder + "/truth/truth.json", truth);
-  if (written > 0) write_rig(options, rig, written);  // last: a folder with a rig file is whole
-  std::printf("%d frames of %zu cameras and %zu depth cameras in %s\n", written, rig.cameras.size(),
-              rig.depth_cameras.size(), options.folder.c_str());
+}
+
+/// One line at a terminal, as those of a run.
+void show_progress(int done, int total, double elapsed_s) {
+  const std::string text = progress_text(done, total, elapsed_s);
+  log_debug(text);
+  if (isatty(STDERR_FILENO) == 0 || log_level() != LogLevel::info) return;
+  std::fprintf(stderr, "\r%s\033[K%s", text.c_str(), done == total || interrupted() ? "\n" : "");
+}
+
+void synthesize(const SynthOptions& options) {
+  check(options);
+  const std::unique_ptr<SyntheticSubject> subject = make_subject(options);
+  const Rig rig = make_synthetic_rig(options.rig);
+  const FolderLock lock(options.folder);
+  check_is_empty(options.folder);
+  write_still(options, rig);
+  nlohmann::json truth = truth_before_frames(options, subject->bounds_m());
+  const auto finish = [&] {
+    const auto written = static_cast<int>(truth["frames"].size());
+    write_json_file(options.folder + "/truth/truth.json", truth);
+    if (written > 0) write_rig(options, rig, written);  // last: a folder with a rig file is whole
+    std::printf("%d frames of %zu cameras and %zu depth cameras in %s\n", written, rig.cameras.size(),
+                rig.depth_cameras.size(), options.folder.c_str());
+  };
+  FramePatience patience(finish);
+  const double begin_s = now_s();
+  for (int k = 0; k < options.frames && !interrupted(); ++k) {
+    patience.begin();
+    nlohmann::json row = write_frame(options, *subject, rig, k);
+    patience.end();
+    truth["frames"].push_back(std::move(row));
+    show_progress(k + 1, options.frames, now_s() - begin_s);
+  }
+  finish();
 }
 
 }  // namespace
