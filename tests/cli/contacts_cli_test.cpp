@@ -35,6 +35,16 @@ obstacles:
 
 class ContactsOfARun : public ProgramTest {};
 
+/// A body that may be cut has room for nodes of cuts; its count is of those that are there: 5^3.
+TEST_F(ContactsOfARun, CountNodesThatAreThere) {
+  std::string cuttable = kStruck;
+  cuttable.replace(cuttable.find("spacing_m: 0.01"), 0, "cuttable: true\n    ");
+  const Outcome o = run_tactus("run " + write("s.yaml", cuttable) +
+                               " --frames 2 --view none --devices cpu --json " + path("r.json"));
+  ASSERT_EQ(o.code, 0) << o.text;
+  EXPECT_EQ(read_json("r.json")["bodies"][0]["nodes"], 125);
+}
+
 TEST_F(ContactsOfARun, AddUpToTheImpulseAndToTheMomentum) {
   const Outcome o = run_tactus("run " + write("s.yaml", kStruck) + " --view none --devices cpu --json " +
                                path("r.json") + " --contacts block");

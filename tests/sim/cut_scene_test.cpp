@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <numeric>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -73,6 +74,24 @@ TEST(CutScene, ABladeSeversABlock) {
   const Played again = play(scene, "cpu:3");
   EXPECT_TRUE(played.probes == again.probes);
   EXPECT_EQ(played.state.closed_volumes_m3, again.state.closed_volumes_m3);
+}
+
+/// Places for nodes of cuts that no cube has yet are none of the body: 9 x 9 x 5 nodes before the cut; after
+/// it, those of its section once more, each where a cube is.
+TEST(CutScene, ItsNodesAreThoseInUse) {
+  const Scene scene = parse_scene(scene_text(), "scenes/x.yaml");
+  DeviceSet devices("cpu");
+  test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
+  EXPECT_EQ(simulation.nodes("block").positions_m.size(), 405U);
+  for (int k = 0; k < 20; ++k) simulation.step(nullptr, 1.0 / 30);
+  const std::vector<Vec3f> x_m = simulation.nodes("block").positions_m;
+  const CubeLattice& lattice = simulation.bodies()[0]->shape().lattice;
+  std::set<Index> of_cubes;
+  for (std::size_t c = 0; c < lattice.cubes.size(); ++c)
+    if (lattice.has_cube(c)) of_cubes.insert(lattice.cube_nodes[c].begin(), lattice.cube_nodes[c].end());
+  EXPECT_GE(x_m.size(), 405U + 9 * 5);
+  EXPECT_EQ(static_cast<std::size_t>(*of_cubes.rbegin()), x_m.size() - 1);
+  EXPECT_EQ(of_cubes.size(), x_m.size());
 }
 
 /// A block of 10^3 cubes away from the origin, and a blade that takes 9 frames through it.

@@ -12,6 +12,7 @@
 #include "tactus/cli/interrupt.h"
 #include "tactus/cli/run_results.h"
 #include "tactus/cli/run_web.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/io/scene_file.h"
 #include "tactus/run/frame_loop.h"
 #include "tactus/run/scene_source.h"
@@ -30,7 +31,7 @@ void check_opengl() {
 
 void print_bodies(const World& world, bool with_devices) {
   for (const auto& body : world.impl().bodies()) {
-    log_debug("body '" + body->name() + "': " + std::to_string(body->shape().lattice.node_count()) +
+    log_debug("body '" + body->name() + "': " + std::to_string(nodes_in_use(body->shape().lattice)) +
               " nodes, " + std::to_string(body->points().count()) + " points for contact, " +
               body->devices_text());
     if (with_devices) std::printf("body '%s': %s\n", body->name().c_str(), body->devices_text().c_str());

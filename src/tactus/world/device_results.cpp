@@ -2,6 +2,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/compute/cuda/cuda_backend.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/tissue/embedded_surface.h"
 #include "tactus/tissue/hybrid/body_solver.h"
 #include "tactus/world/world_impl.h"
@@ -9,9 +10,11 @@
 namespace tactus {
 
 DeviceNodes device_nodes(World& world, const std::string& body) {
-  const BodyState& state = world.impl().body(body).tissue().body();
+  const SoftBody& of = world.impl().body(body);
+  const BodyState& state = of.tissue().body();
+  const Index count = nodes_in_use(of.shape().lattice);
   world.impl().devices().synchronize();
-  return {state.x_m.const_view(), state.v_m_s.const_view()};
+  return {state.x_m.const_view().part(0, count), state.v_m_s.const_view().part(0, count)};
 }
 
 DeviceMesh device_surface(World& world, const std::string& body) {

@@ -6,6 +6,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/sim/body/body_measures.h"
 #include "tactus/sim/body/body_pull.h"
 #include "tactus/sim/body/body_steps.h"
@@ -395,7 +396,11 @@ const SoftBody& World::Impl::body(const std::string& name) const {
 
 BodyNodes World::Impl::nodes(const std::string& name) {
   const SoftBody& of = body(name);
-  return {of.positions_m(context()), of.velocities_m_s(context())};
+  BodyNodes nodes{of.positions_m(context()), of.velocities_m_s(context())};
+  const auto in_use = static_cast<std::size_t>(nodes_in_use(of.shape().lattice));
+  nodes.positions_m.resize(in_use);
+  nodes.velocities_m_s.resize(in_use);
+  return nodes;
 }
 
 std::vector<BodyMonitors> World::Impl::monitors() {

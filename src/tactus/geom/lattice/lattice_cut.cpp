@@ -197,4 +197,11 @@ CubeLattice cut_lattice(const CubeLattice& whole, const EdgeIsCut& is_cut, Virtu
   return lattice;
 }
 
+Index nodes_in_use(const CubeLattice& lattice) {
+  Index used = lattice.node_count();
+  for (auto from = lattice.virtual_nodes.rbegin(); from != lattice.virtual_nodes.rend() && *from < 0; ++from)
+    --used;
+  return used;
+}
+
 }  // namespace tactus

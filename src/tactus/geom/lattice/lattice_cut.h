@@ -26,6 +26,9 @@ using EdgeIsCut = std::function<bool(Vec3i from, int axis)>;
 /// @throws Error when the lattice has virtual elements already.
 CubeLattice cut_lattice(const CubeLattice& lattice, const EdgeIsCut& is_cut, VirtualCapacity capacity = {});
 
+/// Nodes but for those that are capacity: ids of nodes in use are below.
+Index nodes_in_use(const CubeLattice& lattice);
+
 /// Extends values per regular cube to all cubes: a copy has the value of its cube, an unused entry T{}.
 template <class T>
 std::vector<T> with_copies(const CubeLattice& lattice, std::vector<T> of_regular_cubes) {

@@ -1,4 +1,5 @@
 #include "tactus/run/sinks/report_sink.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/sim/body/body_cuts.h"
 #include "tactus/sim/body/slab_points.h"
 #include "tactus/tissue/hybrid/body_solver.h"
@@ -242,7 +243,7 @@ nlohmann::json ReportSink::to_json(const FrameLoop& loop, World& world, const st
   for (std::size_t b = 0; b < world.impl().bodies().size(); ++b) {
     const SoftBody& body = *world.impl().bodies()[b];
     json["bodies"].push_back({{"name", body.name()},
-                              {"nodes", body.shape().lattice.node_count()},
+                              {"nodes", nodes_in_use(body.shape().lattice)},
                               {"contact_points", body.points().count()},
                               {"devices", body.tissue().slab_count()},
                               {"monitors", monitors_json(summary.monitors, b)},

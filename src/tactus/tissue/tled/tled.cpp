@@ -7,6 +7,7 @@
 
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
+#include "tactus/geom/lattice/lattice_cut.h"
 #include "tactus/tissue/lattice_part.h"
 #include "tactus/tissue/summary_kernels.h"
 #include "tactus/tissue/tled/damped_step.h"
@@ -224,10 +225,7 @@ Tled::Tled(ExecContext& ctx, const CubeLattice& lattice, std::span<const Elastic
 /// Where a device has all of a body, virtual nodes that are not in use come last.
 Index Tled::used_nodes(const CubeLattice& lattice, Slab own_layers) {
   if (own_layers.count() < lattice.node_dims.z) return lattice.node_count();
-  Index used = lattice.regular_nodes();
-  for (std::size_t k = 0; k < lattice.virtual_nodes.size(); ++k)
-    if (lattice.virtual_nodes[k] >= 0) used = lattice.regular_nodes() + static_cast<Index>(k) + 1;
-  return used;
+  return tactus::nodes_in_use(lattice);
 }
 
 void Tled::make_virtual(ExecContext& ctx, const CubeLattice& lattice,
