@@ -83,12 +83,13 @@ TEST_F(Cli, WrongUseIsNamed) {
       {"reconstruct --source masks /no/such/rig.yaml", 1, "/no/such/rig.yaml"},
       {"run /no/such/scene.yaml", 1, "/no/such/scene.yaml"},
       {"run /no/such/scene.yaml --frames 0-3", 2, "--frames: '0-3', expected a whole number of frames"},
-      {"run /no/such/scene.yaml --frames 0", 2, "at least 1"},
+      {"run /no/such/scene.yaml --frames 0", 2, "1 to 999999999"},
       {"bench hul", 2, "did you mean 'hull'?"},
   };
   for (const Wrong& w : wrongs) {
     const Outcome o = run_tactus(w.arguments);
     EXPECT_EQ(o.code, w.code) << w.arguments << "\n" << o.text;
+    EXPECT_EQ(o.text.substr(0, 7), "error: ") << o.text;
     EXPECT_NE(o.text.find(w.message), std::string::npos) << w.arguments << "\n" << o.text;
   }
   for (const char* flag : {"--json ", "--mesh "}) {
@@ -275,6 +276,7 @@ TEST_F(Cli, TextureNeedsPhotosAndEnoughCameras) {
   for (const Wrong& w : wrongs) {
     const Outcome o = run_tactus(w.arguments);
     EXPECT_EQ(o.code, w.code) << w.arguments << "\n" << o.text;
+    EXPECT_EQ(o.text.substr(0, 7), "error: ") << o.text;
     EXPECT_NE(o.text.find(w.message), std::string::npos) << w.arguments << "\n" << o.text;
   }
   const Outcome o =

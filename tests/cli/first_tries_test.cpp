@@ -140,6 +140,31 @@ TEST_F(FirstTries, FilesOfUnknownFormatsAreToldAllThatAre) {
 }
 
 /// A tetrahedron with triangles that are clockwise from outside holds a block as one that isn't.
+TEST_F(FirstTries, EmptyFilesAreToldSo) {
+  for (const std::string name : {"a.ply", "a.stl", "a.glb", "a.nii", "a.nrrd"})
+    expect_refused("info " + write(name, ""), 1, {name + ": the file is empty"});
+  for (const std::string verb : {"doctor ", "reconstruct --source masks "})
+    expect_refused(verb + write("rig.yaml", ""), 2, {"rig.yaml:1: the file is empty"});
+  expect_refused("run " + write("s.yaml", ""), 2, {"s.yaml:1: the file is empty"});
+}
+
+/// Nothing on the command line is passed over, and every refusal begins alike.
+TEST_F(FirstTries, WordsThatDoNothingAreRefused) {
+  const std::string scene = write("s.yaml", "source: {kind: none}\n");
+  expect_refused("run " + scene + " day", 2,
+                 {"'day' is a word too many for 'tactus run'", "stand in quotes", "`tactus run --help`"});
+  expect_refused("run " + scene + " --view window", 2, {"--view: window"});
+  expect_refused("run " + scene + " --json", 2, {"--json: "});
+  expect_refused("run " + scene + " --frames 9999999999", 2, {"--frames: '9999999999'", "1 to 999999999"});
+  expect_refused("synth hand --size 0.5 --out " + path("film"), 2, {"--size is of meshes"});
+  expect_refused("synth a.ply --moving --out " + path("film"), 2, {"--moving moves figures"});
+  expect_refused("info " + scene, 1, {"a scene: info --frame"});
+  const std::string comma = write("c.yaml",
+                                  "source: {kind: none}\nbodies: [{name: b, shape: {kind: box}, "
+                                  "spacing_m: 0,02}]\n");
+  expect_refused("run " + comma, 2, {"c.yaml:2: unknown key '02'", "has a point: 0.5, not 0,5"});
+}
+
 TEST_F(FirstTries, AnObstacleThatFacesInwardsIsTurned) {
   const std::string corners = "v -1 0 -1\nv 1 0 -1\nv 0 0 1\nv 0 -1 0\n";
   write("in.obj", corners + "f 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n");

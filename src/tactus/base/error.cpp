@@ -41,6 +41,8 @@ std::string nearest_spelling(std::string_view word, std::span<const std::string>
 std::string suggestion(std::string_view word, std::span<const std::string> known) {
   if (const std::string near = nearest_spelling(word, known); !near.empty())
     return "; did you mean '" + near + "'?";
+  if (!word.empty() && word.find_first_not_of("0123456789") == word.npos)
+    return "; a decimal fraction has a point: 0.5, not 0,5";
   std::string list;
   for (const std::string& k : known) list += (list.empty() ? "" : ", ") + k;
   return "; known: " + list;

@@ -119,8 +119,10 @@ nlohmann::json print_labels(const std::string& path) {
 nlohmann::json print_file_info(const std::string& path, double unit_m) {
   if (is_mesh_path(path)) return print_mesh(path, unit_m);
   if (is_label_volume(path)) return print_labels(path);
+  const bool is_yaml = path.ends_with(".yaml") || path.ends_with(".yml");
   throw Error(path + ": no mesh and no label volume, expected " + kLabelFormats +
-              ", or a mesh: " + mesh_endings(path));
+              ", or a mesh: " + mesh_endings(path) +
+              (is_yaml ? " (a scene: info --frame or --parameters; a rig: doctor)" : ""));
 }
 
 }  // namespace tactus

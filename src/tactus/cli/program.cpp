@@ -78,6 +78,16 @@ void check_required(const CLI::App& app) {
   }
 }
 
+/// Other errors of the command line, in one form with all others.
+[[noreturn]] void refuse(const CLI::App& app, const CLI::ParseError& error) {
+  std::string path, text = error.what();
+  innermost(app, path);
+  const std::vector<std::string> more = app.remaining(true);
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !more.empty())
+    text = "'" + more.front() + "' is a word too many for '" + path + "': names with spaces stand in quotes";
+  throw usage_error(text + "; `" + path + " --help` says more");
+}
+
 void add_shared_flags(CLI::App& verb) {
   CLI::Option* loud = verb.add_flag_callback(
       "--verbose", [] { set_log_level(LogLevel::debug); }, "say more on standard error: a line per frame");
@@ -112,9 +122,10 @@ int parse_and_run(CLI::App& app, int argc, char** argv) {
     const bool asked = e.get_exit_code() == 0;  // --help, --version
     if (!asked) check_words(app);
     if (dynamic_cast<const CLI::RequiredError*>(&e) != nullptr) check_required(app);
+    if (!asked) refuse(app, e);
     app.exit(e);
-    if (asked) flush_standard_output();
-    return asked ? 0 : kExitUsage;
+    flush_standard_output();
+    return 0;
   }
 }
 

@@ -91,7 +91,8 @@ std::string a_frame_count(const std::string& text) {
   const bool whole = !text.empty() && text.size() < 10 && text.find_first_not_of("0123456789") == text.npos;
   if (whole && std::stoi(text) > 0) return "";
   return "'" + text +
-         "', expected a whole number of frames, at least 1 (a range, as 5-9, is source.frames of the scene)";
+         "', expected a whole number of frames, 1 to 999999999 (a range, as 5-9, is source.frames of the "
+         "scene)";
 }
 
 void add_web_flags(CLI::App& command, RunOptions& options) {
@@ -227,7 +228,9 @@ void add_run_flags(CLI::App& command, RunOptions& options) {
   command.add_option("--report", options.report_path,
                      "HTML file to make: the run in 3D, its times and notices, to open without a network");
   command.add_flag("--plain", options.plain, "live cameras without keys, on this computer alone");
-  command.add_option("--view", options.view, "file: video and contact sheet; none: no pictures")
+  command
+      .add_option("--view", options.view,
+                  "file: video and contact sheet; none: no pictures; a window: tactus view")
       ->check(CLI::IsMember({"none", "file"}))
       ->capture_default_str();
 }

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
@@ -27,7 +28,8 @@ namespace fs = std::filesystem;
 struct SynthOptions {
   std::string what, folder;
   int frames = 1;
-  double fps = 30, size_m = 0.8, turns_per_s = 0;
+  double fps = 30, turns_per_s = 0;
+  std::optional<double> size_m;
   bool moving = false, no_colors = false;
   SyntheticRigOptions rig;
   NoiseOptions noise;
@@ -37,9 +39,11 @@ std::unique_ptr<SyntheticSubject> make_subject(const SynthOptions& options) {
   if (!fs::path(options.what).has_extension()) {
     if (options.turns_per_s != 0)
       throw usage_error("--turns moves meshes; figures have their own motion (--moving)");
+    if (options.size_m) throw usage_error("--size is of meshes; figures have their own");
     return make_figure_subject(options.what, options.moving);
   }
-  return make_mesh_subject(import_mesh(options.what).mesh, options.size_m, options.turns_per_s);
+  if (options.moving) throw usage_error("--moving moves figures; meshes turn (--turns)");
+  return make_mesh_subject(import_mesh(options.what).mesh, options.size_m.value_or(0.8), options.turns_per_s);
 }
 
 void check(const SynthOptions& options) {
@@ -243,7 +247,7 @@ void add_synth_command(CLI::App& app) {
   command->add_option("--frames", options->frames, "how many")->capture_default_str();
   command->add_option("--fps", options->fps, "frames a second")->capture_default_str();
   command->add_flag("--moving", options->moving, "figures move");
-  command->add_option("--size", options->size_m, "longest side of a mesh [m]")->capture_default_str();
+  command->add_option("--size", options->size_m, "longest side of a mesh [m], 0.8 by default");
   command->add_option("--turns", options->turns_per_s, "turns of a mesh about the vertical, a second");
   command->add_option("--cameras", options->rig.camera_count, "in a ring around the workspace")
       ->capture_default_str();

@@ -38,7 +38,9 @@ YamlMapping::YamlMapping(const YAML::Node& node, std::string file, const std::ve
 }
 
 YamlMapping YamlMapping::load(const std::string& file, const std::vector<std::string>& known) {
-  return {load_yaml(file), file, known};
+  const YAML::Node node = load_yaml(file);
+  if (node.IsNull()) throw usage_error(file + ":1: the file is empty, expected keys such as 'cameras'");
+  return {node, file, known};
 }
 
 void YamlMapping::fail(const std::string& key, const std::string& what) const {

@@ -34,6 +34,7 @@ enum class Format : std::uint8_t { none, inr, nifti, nrrd, meta_image, dicom };
 Format format_of(const std::string& path) {
   char bytes[1024];
   const std::string_view head(bytes, LabelBytes(path).read(bytes, sizeof bytes));
+  if (head.empty()) throw Error(path + ": the file is empty");
   if (head.starts_with("#INRIMAGE-4#{")) return Format::inr;
   if (is_nifti(head)) return Format::nifti;
   if (head.starts_with("NRRD000")) return Format::nrrd;

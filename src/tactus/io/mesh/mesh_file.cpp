@@ -59,6 +59,7 @@ read::RawMesh parse_raw(const std::string& path, const std::string& bytes) {
 }
 
 ImportedMesh parse(const std::string& path, const std::string& bytes, double unit_m) {
+  if (bytes.empty()) throw Error(path + ": the file is empty");
   try {
     return read::import_raw(path, parse_raw(path, bytes), unit_m);
   } catch (const read::TooLarge&) {
