@@ -76,6 +76,18 @@ TEST(CutScene, ABladeSeversABlock) {
   EXPECT_EQ(played.state.closed_volumes_m3, again.state.closed_volumes_m3);
 }
 
+/// A blade that passes over the block is told once, at the end of its path; one that cuts isn't.
+TEST(CutScene, ABladeThatMissesIsTold) {
+  Scene scene = parse_scene(scene_text(), "scenes/x.yaml");
+  EXPECT_TRUE(play(scene, "cpu").notices.empty());
+  scene.blades[0].from_m.y = scene.blades[0].to_m.y = 0.8;
+  const Played played = play(scene, "cpu");
+  ASSERT_EQ(played.notices.size(), 1U);
+  EXPECT_EQ(played.notices[0].code, "cut.missed");
+  EXPECT_EQ(played.notices[0].text, "blade 'slicer' is at the end of its path and has cut nothing");
+  EXPECT_EQ(played.state.copies, 0);
+}
+
 /// Places for nodes of cuts that no cube has yet are none of the body: 9 x 9 x 5 nodes before the cut; after
 /// it, those of its section once more, each where a cube is.
 TEST(CutScene, ItsNodesAreThoseInUse) {

@@ -1,6 +1,9 @@
 // Cuts of bodies by blades between two frames.
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "tactus/base/compared_text.h"
@@ -24,6 +27,23 @@ Notice full_notice(const std::string& who, const SoftBody& body) {
           "raise 'cut_capacity' of the body, or leave it out, so that capacity grows: " +
               std::to_string(copies_of_strokes(body.shape().lattice.regular_cubes(), kStrokes)) + " hold " +
               std::to_string(kStrokes) + " straight strokes through all of it"};
+}
+
+/// Whether it is known why a blade doesn't cut: it jumped, was refused, or found no capacity.
+bool is_told(const std::string& blade, const std::set<std::string>& reported,
+             const std::map<std::string, double>& full_s) {
+  const auto is_of_blade = [&](const std::string& told) {
+    return told == blade + "jumps" || told.starts_with("blade '" + blade + "' in body '");
+  };
+  return std::any_of(reported.begin(), reported.end(), is_of_blade) ||
+         std::any_of(full_s.begin(), full_s.end(), [&](const auto& full) { return is_of_blade(full.first); });
+}
+
+Notice missed_notice(const BladeDescription& blade) {
+  return {"cut.missed", Severity::warning,
+          "blade '" + blade.name + "' is at the end of its path and has cut nothing",
+          "compare 'from_m', 'to_m' and 'path' of the blade, metres in the world, with where the body is "
+          "then"};
 }
 
 /// Way of the middle of the edge.
@@ -77,6 +97,15 @@ void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
     if (has_changed) follow_cuts(k, report.notices);
   }
   tools_.strips.clear();
+  for (const BladeDescription& blade : scene_.blades) {
+    const bool has_cut = std::any_of(cuts_.begin(), cuts_.end(), [&](const CutScore& score) {
+      return score.blade == blade.name && score.cut_cubes > 0;
+    });
+    const bool is_over = !blade.path.empty() && blade.path.back().time_s <= to_s;
+    if (is_over && !has_cut && !is_told(blade.name, reported_cuts_, full_s_) &&
+        reported_cuts_.insert(blade.name + "missed").second)
+      report.notices.push_back(missed_notice(blade));
+  }
 }
 
 bool World::Impl::cut_body(std::size_t k, std::size_t b, const cut::BladeStrip& strip, double from_s,
