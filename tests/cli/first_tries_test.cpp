@@ -156,6 +156,7 @@ TEST_F(FirstTries, WordsThatDoNothingAreRefused) {
   expect_refused("run " + scene + " --view window", 2, {"--view: window"});
   expect_refused("run " + scene + " --json", 2, {"--json: "});
   expect_refused("run " + scene + " --frames 9999999999", 2, {"--frames: '9999999999'", "1 to 999999999"});
+  expect_refused("run " + scene + " --json - --report -", 2, {"is given for two outputs"});
   expect_refused("synth hand --size 0.5 --out " + path("film"), 2, {"--size is of meshes"});
   expect_refused("synth a.ply --moving --out " + path("film"), 2, {"--moving moves figures"});
   expect_refused("info " + scene, 1, {"a scene: info --frame"});

@@ -225,8 +225,8 @@ void add_run_flags(CLI::App& command, RunOptions& options) {
       "time of a frame, as 11ms: when frames take longer, less is done in them, with a notice, "
       "until they don't");
   add_web_flags(command, options);
-  command.add_option("--report", options.report_path,
-                     "HTML file to make: the run in 3D, its times and notices, to open without a network");
+  add_output(command, "--report", options.report_path,
+             "HTML file to make: the run in 3D, its times and notices, to open without a network");
   command.add_flag("--plain", options.plain, "live cameras without keys, on this computer alone");
   command
       .add_option("--view", options.view,
