@@ -148,6 +148,20 @@ TEST_F(FirstTries, EmptyFilesAreToldSo) {
   expect_refused("run " + write("s.yaml", ""), 2, {"s.yaml:1: the file is empty"});
 }
 
+TEST_F(FirstTries, WordsOfTheShellInFilesAreTold) {
+  for (const std::string folder : {"~", "$HOME"})
+    expect_refused("run " + write("s.yaml", "source: {kind: masks, path: '" + folder + "/no/rig.yaml'}\n"), 1,
+                   {folder + "/no/rig.yaml': No such file", "'~' and '$' are a shell's"});
+}
+
+TEST_F(FirstTries, AFilmOfAnOpenMeshIsTold) {
+  const std::string open = write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Outcome o = run_tactus("synth " + open + " --cameras 3 --no-colors --out " + path("film"));
+  EXPECT_EQ(o.code, 0) << o.text;
+  EXPECT_NE(o.text.find("warning: '" + open + "' does not bound a solid: 3 open edges"), std::string::npos)
+      << o.text;
+}
+
 /// Nothing on the command line is passed over, and every refusal begins alike.
 TEST_F(FirstTries, WordsThatDoNothingAreRefused) {
   const std::string scene = write("s.yaml", "source: {kind: none}\n");

@@ -73,7 +73,15 @@ std::string read_file(const std::string& path, std::uint64_t max_bytes, ReadFrom
   const bool regular_only = from == ReadFrom::regular_file;
   // Without O_NONBLOCK, opening a FIFO waits for a writer before its kind can be asked.
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | (regular_only ? O_NONBLOCK : 0)));
-  if (file.get() < 0) fail(std::strerror(errno));
+  if (file.get() < 0) {
+    // A shell replaces these; in a file they stand behind the file's own folder.
+    const int error = errno;
+    const std::string parts = "/" + path;
+    const bool is_of_shell =
+        error == ENOENT && (parts.find("/~/") != parts.npos || parts.find("/$") != parts.npos);
+    fail(std::strerror(error) +
+         std::string(is_of_shell ? "; '~' and '$' are a shell's: write the folder itself" : ""));
+  }
   struct stat status {};
   if (::fstat(file.get(), &status) != 0) fail(std::strerror(errno));
   if (S_ISDIR(status.st_mode)) fail(std::strerror(EISDIR));
