@@ -11,6 +11,7 @@
 #include "tactus/base/timing.h"
 #include "tactus/cli/commands.h"
 #include "tactus/cli/interrupt.h"
+#include "tactus/geom/mesh/mesh_defects.h"
 #include "tactus/io/json_file.h"
 #include "tactus/io/mesh/mesh_file.h"
 #include "tactus/rig/data_writers.h"
@@ -43,7 +44,11 @@ std::unique_ptr<SyntheticSubject> make_subject(const SynthOptions& options) {
     return make_figure_subject(options.what, options.moving);
   }
   if (options.moving) throw usage_error("--moving moves figures; meshes turn (--turns)");
-  return make_mesh_subject(import_mesh(options.what).mesh, options.size_m.value_or(0.8), options.turns_per_s);
+  TriangleMesh mesh = import_mesh(options.what).mesh;
+  if (const EdgeDefects edges = find_edge_defects(mesh); !edges.bounds_solid())
+    log_warning("'" + options.what + "' does not bound a solid: " + edges.text() +
+                "; the volumes in truth.json mean nothing");
+  return make_mesh_subject(std::move(mesh), options.size_m.value_or(0.8), options.turns_per_s);
 }
 
 void check(const SynthOptions& options) {
