@@ -14,6 +14,9 @@ namespace {
 constexpr float kSpacing_m = 0.001F, kDensity = 1000, kTension_N_m = 0.07F, kRadius_m = 10 * kSpacing_m;
 
 class Drop : public ::testing::TestWithParam<LiquidSolver> {};
+#define SKIP_WCSPH_UNLESS_LONG()                                                        \
+  if (GetParam() == LiquidSolver::wcsph && std::getenv("TACTUS_LONG_TESTS") == nullptr) \
+  GTEST_SKIP() << "the same forces as with dfsph, in three times as many steps: set TACTUS_LONG_TESTS=1"
 INSTANTIATE_TEST_SUITE_P(Solvers, Drop, ::testing::Values(LiquidSolver::wcsph, LiquidSolver::dfsph));
 
 LiquidSettings settings_of(LiquidSolver solver) {
@@ -76,6 +79,7 @@ double pressure_Pa(const Liquid& liquid, float dt_s) {
 /// the 26 neighbours that a curvature is found from, which leaves some percent. The drop neither freezes nor
 /// boils: it turns round three times, and moves less in the second period.
 TEST_P(Drop, SwingsAsLambSaysWithThePressureOfLaplace) {
+  SKIP_WCSPH_UNLESS_LONG();
   DeviceSet set("cpu");
   Liquid liquid(set, settings_of(GetParam()));
   std::vector<LiquidParticle> particles = ball(1.1F);
@@ -116,8 +120,7 @@ double middle_of_cap_m(double volume_m3, double angle) {
 /// Half a ball on a floor becomes the cap that has the contact angle, +-10 degrees; its middle rises with it.
 /// Without gravity, from a quarter of a second on, when viscosity has calmed it.
 TEST_P(Drop, MeetsAWallAtItsAngle) {
-  if (GetParam() == LiquidSolver::wcsph && std::getenv("TACTUS_LONG_TESTS") == nullptr)
-    GTEST_SKIP() << "the same forces as with dfsph, in three times as many steps: set TACTUS_LONG_TESTS=1";
+  SKIP_WCSPH_UNLESS_LONG();
   for (const float angle_deg : {60.F, 120.F}) {
     DeviceSet set("cpu");
     LiquidSettings settings = settings_of(GetParam());

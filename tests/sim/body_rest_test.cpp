@@ -139,6 +139,10 @@ class OnATray {
   double lowest_m_ = 9;
 };
 
+#define SKIP_UNLESS_LONG()                         \
+  if (std::getenv("TACTUS_LONG_TESTS") == nullptr) \
+  GTEST_SKIP() << "seconds, in which fine lattices meet triangles: set TACTUS_LONG_TESTS=1"
+
 class BodyRests : public ::testing::TestWithParam<Case> {};
 /// Every model and spacing on every kind of tray, and at every rate on a mesh of 2 mm.
 std::vector<Case> rest_cases() {
@@ -164,6 +168,7 @@ INSTANTIATE_TEST_SUITE_P(Everywhere, BodyRests, ::testing::ValuesIn(rest_cases()
 /// half a percent of the edge. Where it is met between two corrections it is in by less than 0.2 mm.
 TEST_P(BodyRests, OnTheTraysTop) {
   const Case& c = GetParam();
+  if (c.model != TissueModel::flsm && c.spacing_m < 0.05 && c.fps < 30) SKIP_UNLESS_LONG();
   OnATray cube(c);
   EXPECT_EQ(cube.run(0.8), "");
   const auto [low, high] = cube.height_m();
@@ -242,6 +247,7 @@ TEST_P(BodyOnASlope, StandsBelowTheAngleOfFriction) {
 /// tan 25° > 0.4: it slides with g (sin - mu cos).
 TEST_P(BodyOnASlope, SlidesAboveTheAngleOfFriction) {
   Case c = GetParam();
+  if (c.model != TissueModel::tled && c.kind == ObstacleShape::mesh) SKIP_UNLESS_LONG();
   c.slope_deg = 25;
   OnATray cube(c);
   cube.run(1);

@@ -223,7 +223,8 @@ Scene strokes_scene(ShapeDescription shape, double spacing_m, double radius_m, i
 }
 
 /// A body of 512 cubes is full of cuts at the automatic capacity, and grows while blades cut it: with the
-/// same bits as with the larger capacity from the start. A checkpoint of it goes on.
+/// same bits as with the larger capacity from the start. A checkpoint of it goes on. Other devices: the bits
+/// of the CPU.
 TEST_P(CutGrowthOnDevices, HappensWhenStrokesNeedIt) {
   ShapeDescription box;
   box.size_m = {0.08, 0.08, 0.08};
@@ -231,14 +232,17 @@ TEST_P(CutGrowthOnDevices, HappensWhenStrokesNeedIt) {
   const Scene scene = strokes_scene(box, 0.01, 0.04 * std::sqrt(3.0), kStrokes, 5, 1);
   Scene large = scene;
   large.bodies[0].cut_capacity = 4000;
-  const Played grown = play(GetParam(), scene, 0, kFrames);
-  EXPECT_EQ(grown.capacity, 4000);
-  EXPECT_EQ(grown.full, 0);
-  const Played whole = play(GetParam(), large, 0, kFrames);
-  expect_same(whole, grown);
+  static const Played grown = play("cpu", scene, 0, kFrames);
+  if (GetParam() == "cpu") {
+    EXPECT_EQ(grown.capacity, 4000);
+    EXPECT_EQ(grown.full, 0);
+    const Played whole = play("cpu", large, 0, kFrames);
+    expect_same(whole, grown);
+  }
   const Played first = play(GetParam(), scene, 0, kFrames - 3),
                second = play(GetParam(), scene, kFrames - 3, kFrames, -1, first.state);
   EXPECT_EQ(first.capacity, 4000);
+  EXPECT_EQ(first.full, 0);
   EXPECT_EQ(second.hash, grown.hash);
 }
 
@@ -336,7 +340,7 @@ TEST(CutGrowth, StatesFromBeforeAndAfterItAreLoaded) {
 /// Random straight strokes through all of a box, a ball and a liver of some 8 spacings: no stroke finds the
 /// body full.
 TEST(CutGrowth, ManyRandomStrokesFindCapacity) {
-  const int strokes = std::getenv("TACTUS_LONG_TESTS") != nullptr ? 200 : 50;
+  const int strokes = std::getenv("TACTUS_LONG_TESTS") != nullptr ? 200 : 30;
   ShapeDescription box, ball, liver;
   box.size_m = {0.08, 0.06, 0.07};
   ball.kind = ShapeKind::sphere;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <ostream>
 
 #include "support/device_sets.h"
@@ -150,6 +151,9 @@ INSTANTIATE_TEST_SUITE_P(ByDefault, StandsOnASlope, ::testing::ValuesIn(standing
 /// first fall is over, where it was let go, but for what slips while it leans.
 TEST_P(StandsOnASlope, AndDoesNotCreep) {
   ASSERT_LT(overhang(GetParam()), 0.5);
+  // The steepest slope asks most of them.
+  if (GetParam().size_m.x > 0.1 && GetParam().slope_deg < 20 && std::getenv("TACTUS_LONG_TESTS") == nullptr)
+    GTEST_SKIP() << "seconds of a large block: set TACTUS_LONG_TESTS=1";
   OnASlope block(GetParam());
   // Tall ones rock slowly, and large ones of shape matching sway for longer: at 31 /s, 0.05 of critical
   // leaves exp(-3) of a swing after 2 s, exp(-9) after 6. What its first fall set going is braked by g (mu
