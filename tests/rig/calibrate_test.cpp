@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -150,16 +151,17 @@ SweepErrors worst_of(const Sweep& s, const BundleResult& r) {
 }
 
 /// RMS 0.27-0.30 (0.2 sqrt 2 = 0.283). With known lenses: centres <= 0.5 mm, angles <= 0.03 degrees in the
-/// frame of the first camera. With lenses refined from the same views: over 20 seeds the errors' chi2 per
-/// parameter is 0.7-1.4 of the reported covariance.
+/// frame of the first camera. With lenses refined from the same views: over all seeds the errors' chi2 per
+/// parameter is 0.7-1.4 of the reported covariance. It has 114 parameters a seed, so by chance it varies by
+/// sqrt(2 / (114 x 8)) = 0.05 over 8 seeds, and by 0.03 over 20.
 TEST(Calibrate, SyntheticSweepOfEightCameras) {
   SKIP_WITHOUT_CERES();
   double chi2 = 0;
   SweepErrors known, refined;
-  constexpr int kSeeds = 20;
+  const int seeds = std::getenv("TACTUS_LONG_TESTS") != nullptr ? 20 : 8;
   BundleOptions fixed;
   fixed.refine_intrinsics = false;
-  for (int seed = 0; seed < kSeeds; ++seed) {
+  for (int seed = 0; seed < seeds; ++seed) {
     const Sweep s = make_sweep(static_cast<unsigned>(seed));
     std::vector<CalibratedCamera> lenses = s.truth;
     for (CalibratedCamera& c : lenses) c.camera.T_cam_world = {};
@@ -174,13 +176,13 @@ TEST(Calibrate, SyntheticSweepOfEightCameras) {
     }
     const std::vector<double> e = errors_of(s, all);
     ASSERT_EQ(std::ssize(e), all.camera_parameters);
-    chi2 += chi2_per_parameter(e, all.covariance) / kSeeds;
+    chi2 += chi2_per_parameter(e, all.covariance) / seeds;
   }
   std::printf(
-      "20 seeds, known lenses: centres %.3f mm, angles %.4f degrees at most; refined: %.3f mm, %.4f degrees, "
+      "%d seeds, known lenses: centres %.3f mm, angles %.4f degrees at most; refined: %.3f mm, %.4f degrees, "
       "chi2 per "
       "parameter %.3f\n",
-      known.center_mm, known.angle_deg, refined.center_mm, refined.angle_deg, chi2);
+      seeds, known.center_mm, known.angle_deg, refined.center_mm, refined.angle_deg, chi2);
   EXPECT_LT(known.center_mm, 0.5);
   EXPECT_LT(known.angle_deg, 0.03);
   EXPECT_GT(chi2, 0.7);

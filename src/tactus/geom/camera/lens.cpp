@@ -115,17 +115,24 @@ Vec2d Lens::distort(Vec2d ideal) const {
   return ideal;
 }
 
-double Lens::limit() const {
-  if (model == LensModel::none) return std::numeric_limits<double>::infinity();
+namespace {
+
+/// Lens::limit where that is below an ideal radius; anything at least as large elsewhere.
+double limit_below(const Lens& lens, double radius) {
+  if (lens.model == LensModel::none) return std::numeric_limits<double>::infinity();
   // 84 degrees off the axis: no pinhole picture reaches farther. The step is finer than any fold of 14
   // coefficients.
   constexpr double kMostRadius = 10, kStep = 1.0 / 512;
-  for (double r = kStep; r < kMostRadius; r += kStep) {
-    const Radial at = radial(*this, r);
+  for (double r = kStep; r < kMostRadius && r - kStep < radius; r += kStep) {
+    const Radial at = radial(lens, r);
     if (!(at.slope > 0) || !(at.value > 0)) return r - kStep;
   }
   return std::numeric_limits<double>::infinity();
 }
+
+}  // namespace
+
+double Lens::limit() const { return limit_below(*this, std::numeric_limits<double>::infinity()); }
 
 std::optional<Vec2d> Lens::undistort(Vec2d distorted) const {
   if (model == LensModel::none) return distorted;
@@ -153,7 +160,8 @@ std::optional<Vec2d> Lens::undistort(Vec2d distorted) const {
     if (std::hypot(step.x, step.y) < 1e-13) break;
   }
   const Vec2d off = distort(p) - distorted;
-  if (std::hypot(off.x, off.y) > 1e-12 || std::hypot(p.x, p.y) > limit()) return {};
+  const double radius = std::hypot(p.x, p.y);
+  if (std::hypot(off.x, off.y) > 1e-12 || radius > limit_below(*this, radius)) return {};
   return p;
 }
 
