@@ -91,25 +91,42 @@ struct Touch {
   bool is_known = false;  ///< as its corner
 };
 
+/// Grows with the angle of a direction, -pi to pi, at a fraction of its price.
+double order_of_angle(Vec2d d) {
+  const double share = d.y / (std::abs(d.x) + std::abs(d.y));
+  if (d.x >= 0) return share;
+  return (d.y >= 0 ? 2 : -2) - share;
+}
+
 /// The two touching planes of a view; none when the other camera lies within the silhouette's cone.
 bool touching_planes(const FrontierView& view, Vec3d along, Vec3d u, Vec3d v, Touch (&touch)[2]) {
   const Camera& c = view.camera;
   const Corner* at[2] = {};
-  double reference = 0, sines[2] = {};
+  Vec2d first;
+  double most[2] = {};
+  Vec3d rays[2];
   for (const Corner& p : view.hull) {
     const Vec3d ray = pixel_ray_world(c, p.px.x, p.px.y);
-    double angle = std::atan2(dot(ray, v), dot(ray, u));
-    if (at[0] == nullptr) reference = angle;
-    angle = std::remainder(angle - reference, 2 * M_PI);
-    const double sine = std::sqrt(std::max(0.0, 1 - sqr(dot(ray, along))));
+    const Vec2d about{dot(ray, u), dot(ray, v)};
+    if (at[0] == nullptr) first = about;
+    const double order =
+        order_of_angle({first.x * about.x + first.y * about.y, first.x * about.y - first.y * about.x});
     for (int side = 0; side < 2; ++side) {
-      if (at[side] != nullptr && (side == 0 ? angle >= touch[0].angle : angle <= touch[1].angle)) continue;
-      touch[side].angle = angle;
+      if (at[side] != nullptr && (side == 0 ? order >= most[0] : order <= most[1])) continue;
+      most[side] = order;
       at[side] = &p;
-      sines[side] = sine;
+      rays[side] = ray;
     }
   }
-  if (at[0] == nullptr || touch[1].angle - touch[0].angle > 0.8 * M_PI) return false;
+  if (at[0] == nullptr) return false;
+  const double reference = std::atan2(first.y, first.x);
+  double sines[2] = {};
+  for (int side = 0; side < 2; ++side) {
+    const Vec3d ray = rays[side];
+    touch[side].angle = std::remainder(std::atan2(dot(ray, v), dot(ray, u)) - reference, 2 * M_PI);
+    sines[side] = std::sqrt(std::max(0.0, 1 - sqr(dot(ray, along))));
+  }
+  if (touch[1].angle - touch[0].angle > 0.8 * M_PI) return false;
   for (int side = 0; side < 2; ++side) {
     touch[side].angle += reference;
     touch[side].px_per_rad = 0.5 * (c.fx_px + c.fy_px) * sines[side];

@@ -87,6 +87,10 @@ BitMask flipped(const BitMask& mask, MaskFlip flip) {
   BitMask result(mask.width_px, mask.height_px);
   for (Index y = 0; y < mask.height_px; ++y) {
     for (Index x = 0; x < mask.width_px; ++x) {
+      if ((x & 31) == 0 && mask.words[static_cast<std::size_t>(y * mask.words_per_row() + (x >> 5))] == 0) {
+        x += 31;  // none of the word
+        continue;
+      }
       if (!mask(x, y)) continue;
       if (flip == MaskFlip::u)
         result.set(mask.width_px - 1 - x, y);

@@ -126,7 +126,7 @@ std::optional<Box3f> carve(const Box3f& box, std::span<const Camera> cameras,
     for (std::size_t c = 0; c < cameras.size() && inside; ++c) {
       if (masks[c] == nullptr || masks[c]->words.empty()) continue;
       const Pixel px = project(cameras[c], vec_cast<double>(p));
-      const double u = std::floor(px.u_px + 0.5), v = std::floor(px.v_px + 0.5);
+      const double u = px.u_px + 0.5, v = px.v_px + 0.5;
       const bool seen = px.z_m > 0 && u >= 0 && v >= 0 && u < cameras[c].width_px && v < cameras[c].height_px;
       inside = !seen || (*masks[c])(static_cast<Index>(u), static_cast<Index>(v));
     }
