@@ -1,6 +1,7 @@
 #include "tactus/rig/images/depth_error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tactus/base/error.h"
@@ -47,29 +48,36 @@ double DepthErrorTable::error_m(double u_px, double v_px, double measured_m) con
 
 namespace {
 
-/// The normal equations, applied without being written down: A^T A x + smoothness D^T D x.
+/// The normal equations, (A^T A + smoothness D^T D) x. A sample joins nodes of one cell, so a row of A^T A
+/// has 27 places: those of a node and the nodes around it.
 class NormalEquations {
  public:
   NormalEquations(const DepthErrorTable& table, std::span<const DepthSample> samples, double smoothness)
       : nodes_(table.nodes()),
         smoothness_(smoothness * static_cast<double>(samples.size()) /
                     static_cast<double>(table.values().size())) {
-    for (const DepthSample& s : samples) rows_.push_back(table.corners(s.u_px, s.v_px, s.measured_m));
-  }
-  std::vector<double> right_side(std::span<const DepthSample> samples, std::size_t unknowns) const {
-    std::vector<double> b(unknowns);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      for (std::size_t k = 0; k < 8; ++k)
-        b[rows_[i].index[k]] += rows_[i].weight[k] * (samples[i].measured_m - samples[i].true_m);
+    const std::size_t unknowns = table.values().size();
+    right_side_.resize(unknowns);
+    rows_.resize(unknowns);
+    for (const DepthSample& s : samples) {
+      const DepthErrorTable::Corners c = table.corners(s.u_px, s.v_px, s.measured_m);
+      for (std::size_t k = 0; k < 8; ++k) {
+        right_side_[c.index[k]] += c.weight[k] * (s.measured_m - s.true_m);
+        for (std::size_t l = 0; l < 8; ++l) rows_[c.index[k]][place(k, l)] += c.weight[k] * c.weight[l];
+      }
     }
-    return b;
   }
+  const std::vector<double>& right_side() const { return right_side_; }
   void apply(const std::vector<double>& x, std::vector<double>& out) const {
-    std::fill(out.begin(), out.end(), 0);
-    for (const auto& row : rows_) {
-      double value = 0;
-      for (std::size_t k = 0; k < 8; ++k) value += row.weight[k] * x[row.index[k]];
-      for (std::size_t k = 0; k < 8; ++k) out[row.index[k]] += row.weight[k] * value;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      double sum = 0;
+      for (int k = 0; k < 27; ++k) {
+        if (rows_[i][static_cast<std::size_t>(k)] == 0) continue;  // beyond the border, too
+        const int step = ((k / 9 - 1) * nodes_.y + k / 3 % 3 - 1) * nodes_.x + k % 3 - 1;
+        sum += rows_[i][static_cast<std::size_t>(k)] *
+               x[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step)];
+      }
+      out[i] = sum;
     }
     const auto nx = static_cast<std::size_t>(nodes_.x), ny = static_cast<std::size_t>(nodes_.y);
     const std::size_t strides[3] = {1, nx, nx * ny};
@@ -91,9 +99,14 @@ class NormalEquations {
   }
 
  private:
+  /// Where corner l of a cell is in the row of corner k.
+  static std::size_t place(std::size_t k, std::size_t l) {
+    return 9 * ((l >> 2) + 1 - (k >> 2)) + 3 * ((l >> 1 & 1) + 1 - (k >> 1 & 1)) + (l & 1) + 1 - (k & 1);
+  }
   Vec3i nodes_;
   double smoothness_;
-  std::vector<DepthErrorTable::Corners> rows_;
+  std::vector<double> right_side_;
+  std::vector<std::array<double, 27>> rows_;
 };
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
@@ -120,7 +133,7 @@ DepthErrorTable fit_depth_error(std::span<const DepthSample> samples, Vec2i size
   const NormalEquations equations(table, samples, options.smoothness);
   // Conjugate gradients.
   std::vector<double>& x = table.values();
-  std::vector<double> r = equations.right_side(samples, x.size()), p = r, Ap(x.size());
+  std::vector<double> r = equations.right_side(), p = r, Ap(x.size());
   double rr = dot(r, r);
   const double enough = 1e-16 * rr;
   for (int i = 0; i < 2000 && rr > enough; ++i) {
