@@ -14,26 +14,36 @@ namespace {
 
 constexpr Index round_up(Index n, Index to) { return (n + to - 1) / to * to; }
 
-/// Which nodes and cubes of the lattice's box exist, with a margin of w, as bytes.
+/// Which nodes and cubes of the lattice's box exist, with a margin of w, as bits of rows along x.
 class Occupancy {
  public:
   Occupancy(const CubeLattice& lattice, int w)
-      : w_(w), dims_(lattice.node_dims + Vec3i{2 * w, 2 * w, 2 * w}) {
-    node_.assign(at(std::int64_t{dims_.x} * dims_.y * dims_.z), 0);
+      : w_(w), rows_(lattice.node_dims.y + 2 * w), words_(ceil_div(lattice.node_dims.x + 2 * w, kBits) + 1) {
+    node_.assign(at(std::int64_t{words_} * rows_ * (lattice.node_dims.z + 2 * w)), 0);
     cube_ = node_;
-    for (const Vec3i p : lattice.nodes) node_[index(p)] = 1;
-    for (const Vec3i p : lattice.cubes) cube_[index(p)] = 1;
+    for (const Vec3i p : lattice.nodes) set(node_, p);
+    for (const Vec3i p : lattice.cubes) set(cube_, p);
   }
-  bool node(Vec3i p) const { return node_[index(p)] != 0; }
-  bool cube(Vec3i p) const { return cube_[index(p)] != 0; }
+  /// Of `count` nodes or cubes from p on along x: bit 0 is p's.
+  std::uint16_t nodes(Vec3i p, int count) const { return bits(node_, p, count); }
+  std::uint16_t cubes(Vec3i p, int count) const { return bits(cube_, p, count); }
 
  private:
-  std::size_t index(Vec3i p) const {
-    return at((std::int64_t{p.z + w_} * dims_.y + p.y + w_) * dims_.x + p.x + w_);
+  using Words = std::vector<std::uint64_t>;
+  static constexpr Index kBits = 64;
+  std::size_t word_of(Vec3i p) const {
+    return at((std::int64_t{p.z + w_} * rows_ + p.y + w_) * words_ + (p.x + w_) / kBits);
   }
-  Index w_;
-  Vec3i dims_;
-  std::vector<std::uint8_t> node_, cube_;
+  void set(Words& words, Vec3i p) const { words[word_of(p)] |= std::uint64_t{1} << (p.x + w_) % kBits; }
+  std::uint16_t bits(const Words& words, Vec3i p, int count) const {
+    const std::size_t word = word_of(p);
+    const int first = (p.x + w_) % kBits;
+    std::uint64_t found = words[word] >> first;
+    if (first > 0) found |= words[word + 1] << (kBits - first);
+    return static_cast<std::uint16_t>(found & ((1U << count) - 1));
+  }
+  Index w_, rows_, words_;
+  Words node_, cube_;
 };
 
 /// The nodes of a box of up to 9^3 around a centre: bit x of row[z][y].
@@ -49,18 +59,15 @@ struct BoxBits {
   void for_each(int w, F&& body) const {
     for (int z = 0; z <= 2 * w; ++z)
       for (int y = 0; y <= 2 * w; ++y)
-        for (int x = 0; x <= 2 * w; ++x)
-          if ((row[z][y] >> x & 1) != 0) body(Vec3i{x - w, y - w, z - w});
+        for (unsigned left = row[z][y]; left != 0; left &= left - 1)
+          body(Vec3i{std::countr_zero(left) - w, y - w, z - w});
   }
 };
 
 BoxBits nodes_in_box(const Occupancy& body, Vec3i center, int w) {
   BoxBits bits;
   for (int z = 0; z <= 2 * w; ++z)
-    for (int y = 0; y <= 2 * w; ++y)
-      for (int x = 0; x <= 2 * w; ++x)
-        if (body.node(center + Vec3i{x - w, y - w, z - w}))
-          bits.row[z][y] = static_cast<std::uint16_t>(bits.row[z][y] | 1U << x);
+    for (int y = 0; y <= 2 * w; ++y) bits.row[z][y] = body.nodes(center + Vec3i{-w, y - w, z - w}, 2 * w + 1);
   return bits;
 }
 
@@ -68,10 +75,7 @@ BoxBits nodes_in_box(const Occupancy& body, Vec3i center, int w) {
 BoxBits nodes_in_reach(const Occupancy& body, Vec3i center, int w) {
   std::uint16_t cubes[8][8] = {};
   for (int z = 0; z < 2 * w; ++z)
-    for (int y = 0; y < 2 * w; ++y)
-      for (int x = 0; x < 2 * w; ++x)
-        if (body.cube(center + Vec3i{x - w, y - w, z - w}))
-          cubes[z][y] = static_cast<std::uint16_t>(cubes[z][y] | 1U << x);
+    for (int y = 0; y < 2 * w; ++y) cubes[z][y] = body.cubes(center + Vec3i{-w, y - w, z - w}, 2 * w);
   BoxBits reached;
   reached.row[w][w] = static_cast<std::uint16_t>(1U << w);
   for (int move = 0; move < w; ++move) {
