@@ -1,6 +1,7 @@
 // What rests on a real surface that is seen anew thirty times a second.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <random>
 
 #include "contact/contact_scene.h"
@@ -71,13 +72,15 @@ Rest rest_on_a_sphere(ExecContext& ctx, const ContactSettings& settings, int fra
 
 constexpr ContactSettings kPaper{.response = ContactResponse::paper};
 
-TEST(ContactAtRest, ForAMinuteNeitherCreepsNorChatters) {
+/// A twentieth of a spacing in the 53 s from the early mean to the late one, or 23 s of a run of 30 s.
+TEST(ContactAtRest, NeitherCreepsNorChatters) {
+  const bool is_long = std::getenv("TACTUS_LONG_TESTS") != nullptr;
   DeviceSet cpu("cpu");
-  const Rest rest = rest_on_a_sphere(cpu.context(0), {}, 1800);
+  const Rest rest = rest_on_a_sphere(cpu.context(0), {}, is_long ? 1800 : 900);
   EXPECT_EQ(rest.contacts, 49);
   RecordProperty("creep_spacings", std::to_string(rest.creep_m / kSpacing));
   RecordProperty("chatter_spacings", std::to_string(rest.chatter_m / kSpacing));
-  EXPECT_LT(rest.creep_m, 0.05F * kSpacing);
+  EXPECT_LT(rest.creep_m, (is_long ? 0.05F : 0.05F * 23 / 53) * kSpacing);
   EXPECT_LT(rest.chatter_m, 0.05F * kSpacing);
 }
 

@@ -46,8 +46,10 @@ struct Stage {
     }
     return best;
   }
-  std::vector<BitMask> masks() const {
-    std::vector<BitMask> result;
+  /// Made once.
+  const std::vector<BitMask>& masks() const {
+    std::vector<BitMask>& result = masks_;
+    if (!result.empty()) return result;
     for (const Camera& c : cameras) {
       result.push_back(make_mask(c.width_px, c.height_px, [&](Index x, Index y) {
         return std::isfinite(hit(c.center_world(), pixel_ray_world(c, x, y)).first);
@@ -55,8 +57,9 @@ struct Stage {
     }
     return result;
   }
-  std::vector<ColorImage> photos() const {
-    std::vector<ColorImage> result;
+  const std::vector<ColorImage>& photos() const {
+    std::vector<ColorImage>& result = photos_;
+    if (!result.empty()) return result;
     for (const Camera& c : cameras) {
       ColorImage image(c.width_px, c.height_px);
       for (Index y = 0; y < c.height_px; ++y) {
@@ -73,6 +76,10 @@ struct Stage {
     }
     return result;
   }
+
+ private:
+  mutable std::vector<BitMask> masks_;
+  mutable std::vector<ColorImage> photos_;
 };
 
 }  // namespace tactus::test

@@ -97,8 +97,12 @@ class PieceCount {
         if (const Vec3d d = points_[i] - points_[j]; dot(d, d) < reach * reach)
           pairs.push_back({dot(d, d), i, j});
     std::sort(pairs.begin(), pairs.end(), [](const Pair& p, const Pair& q) { return p.way2 < q.way2; });
+    const auto short_root = [&](std::size_t i) {
+      while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+      return i;
+    };
     for (const auto& [way2, i, j] : pairs) {
-      const std::size_t a = root(i), b = root(j);
+      const std::size_t a = short_root(i), b = short_root(j);
       if (a == b || are_parted(points_[i], points_[j])) continue;
       if (crossings(points_[i], points_[j]) == 0) parent_[a] = b;
     }

@@ -1,6 +1,7 @@
 #pragma once
 /// Bodies that strokes cut on their own, as a simulation cuts them, and what is true of the cut.
 #include <algorithm>
+#include <array>
 #include <map>
 #include <random>
 #include <set>
@@ -202,18 +203,25 @@ class StrokeBody {
       const auto anchor = cutter_.surface().anchor(cutter_.lattice(), v);
       return part_of_node[at(cutter_.lattice().lattice().cube_nodes[at(anchor.cube)][0])];
     };
-    std::map<std::pair<Index, Index>, int> edges;
+    std::vector<std::array<Index, 3>>
+        edges;  // the lower vertex, the other, and the way along it: 1, -1, or 0 where both are one
+    edges.reserve(3 * mesh.triangles.size());
     for (const auto& t : mesh.triangles) {
       found.reaching += part(t[0]) != part(t[1]) || part(t[1]) != part(t[2]) ? 1 : 0;
       for (std::size_t k = 0; k < 3; ++k) {
         const Index a = t[k], b = t[(k + 1) % 3];
-        ++edges[{a, b}];
-        --edges[{b, a}];
+        edges.push_back({std::min(a, b), std::max(a, b), int(a < b) - int(b < a)});
         found.longest = std::max(
             found.longest, double{length(mesh.positions_m[at(a)] - mesh.positions_m[at(b)])} / spacing());
       }
     }
-    for (const auto& [edge, sum] : edges) found.open += sum != 0 ? 1 : 0;
+    std::sort(edges.begin(), edges.end());
+    for (std::size_t i = 0; i < edges.size();) {
+      const auto first = edges[i];
+      int sum = 0;
+      for (; i < edges.size() && edges[i][0] == first[0] && edges[i][1] == first[1]; ++i) sum += edges[i][2];
+      found.open += sum != 0 ? 1 : 0;
+    }
     std::set<Index> seen;
     for (const auto& t : mesh.triangles) seen.insert(part(t[0]));
     found.parts = int(seen.size());
