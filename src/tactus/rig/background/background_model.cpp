@@ -52,13 +52,15 @@ struct BackgroundModel::State {
   std::size_t pixels() const {
     return static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
   }
+  /// To the nearest; std::lround is a call for each pixel.
+  static Index rounded(double positive) { return static_cast<Index>(positive + 0.5); }
   void set_room(std::size_t i, int channel, double mean) {
     const auto c = static_cast<std::size_t>(channel);
-    fine[c][i] = static_cast<std::uint16_t>(std::lround(clamp(mean, 0.0, 255.0) * 256));
+    fine[c][i] = static_cast<std::uint16_t>(rounded(clamp(mean, 0.0, 255.0) * 256));
     room[c][i] = static_cast<std::uint8_t>(std::min((fine[c][i] + 128) >> 8, 255));
   }
   void set_spread(std::size_t i, double levels) {
-    spread[i] = static_cast<std::uint8_t>(std::lround(clamp(kLevelsOfSpread * levels, 0.0, 255.0)));
+    spread[i] = static_cast<std::uint8_t>(rounded(clamp(kLevelsOfSpread * levels, 0.0, 255.0)));
   }
   std::size_t row_begin(Index y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tactus/base/error.h"
+#include "tactus/geom/image/mask_bounds.h"
 #include "tactus/rig/images/silhouettes.h"
 
 namespace tactus {
@@ -61,10 +62,18 @@ double sync_error_s(const NoiseOptions& noise, int camera_number, std::int64_t t
 void disturb_mask(BitMask& mask, const NoiseOptions& noise, int camera_number, std::int64_t tick) {
   if (noise.segmentation_px == 0) return;
   const cv::Size size(mask.width_px, mask.height_px);
-  cv::Mat inside(size, CV_8U);
-  for (Index y = 0; y < mask.height_px; ++y) {
-    for (Index x = 0; x < mask.width_px; ++x)
-      inside.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(mask(x, y) ? 255 : 0);
+  const PixelRect rect = bounds_of(mask);
+  if (rect.empty()) return;
+  // Nothing is moved as far as that: ten standard deviations.
+  const Index reach = static_cast<Index>(std::ceil(10 * noise.segmentation_px)) + 2;
+  const cv::Rect part =
+      cv::Rect(rect.min_x - reach, rect.min_y - reach, rect.max_x - rect.min_x + 1 + 2 * reach,
+               rect.max_y - rect.min_y + 1 + 2 * reach) &
+      cv::Rect({}, size);
+  cv::Mat inside(part.size(), CV_8U);
+  for (Index y = 0; y < inside.rows; ++y) {
+    for (Index x = 0; x < inside.cols; ++x)
+      inside.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(mask(x + part.x, y + part.y) ? 255 : 0);
   }
   cv::Mat within, beyond, field(size, CV_32F);
   cv::distanceTransform(inside, within, cv::DIST_L2, cv::DIST_MASK_5);
@@ -76,11 +85,12 @@ void disturb_mask(BitMask& mask, const NoiseOptions& noise, int camera_number, s
   cv::GaussianBlur(field, field, {0, 0}, sigma);
   field *= noise.segmentation_px * 2 * std::sqrt(std::acos(-1.0)) * sigma;
   // Distances are from centre to centre; the contour lies half a pixel from those of either side.
-  const cv::Mat halves(size, CV_32F, cv::Scalar(0.5)), side = within > 0;
+  const cv::Mat halves(part.size(), CV_32F, cv::Scalar(0.5)), side = within > 0;
   cv::Mat distance = within - beyond;
   cv::subtract(distance, halves, distance, side);
   cv::add(distance, halves, distance, ~side);
-  const cv::Mat moved = (distance + field) > 0;
+  cv::Mat moved(size, CV_8U, cv::Scalar(0));
+  cv::Mat((distance + field(part)) > 0).copyTo(moved(part));
   pack_mask(moved.data, mask.width_px, mask.height_px, mask);
 }
 
