@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 
 #include "support/masks.h"
@@ -29,6 +30,21 @@ TEST(Polygonize, ABallIsClosedAndHasItsVolume) {
   // Chords of 1 cm instead of arcs lose up to (h/r)²/4 = 0.04 %, linear zeros less.
   EXPECT_NEAR(volume_m3(mesh) / (4.0 / 3 * std::acos(-1.0) * std::pow(0.25, 3)), 1, 0.002);
   for (const Vec3f p : mesh.positions_m) EXPECT_NEAR(length(p), radius, 1e-3F);
+}
+
+TEST(Polygonize, ADistanceFarOutsideIsNotAskedAndGivesTheSameMesh) {
+  const Box3f box_m{{-0.3F, -0.3F, -0.3F}, {0.3F, 0.3F, 0.3F}};
+  std::atomic<int> asked = 0;
+  const auto shell = [&](Vec3f p) {
+    ++asked;
+    return abs(length(p - Vec3f{0.1F, 0, 0.02F}) - 0.1F) - 0.03F;
+  };
+  const TriangleMesh all = polygonize(box_m, 60, shell);
+  const int of_all = asked.exchange(0);
+  const TriangleMesh few = polygonize(box_m, 60, shell, 1);
+  EXPECT_EQ(few.positions_m, all.positions_m);
+  EXPECT_EQ(few.triangles, all.triangles);
+  EXPECT_LT(asked, of_all / 2);
 }
 
 TEST(Polygonize, WhatTheBoxCutsIsClosedThere) {

@@ -242,8 +242,8 @@ void add_row15(ContactSheet& sheet, DeviceSet& devices, const std::string& figur
   ViewScene scene;
   scene.ground = false;
   scene.background = kPaper;
-  TriangleMesh exact =
-      polygonize(source.figure().bounds_m(), 200, [&](Vec3f p) { return truth.distance_m(p); });
+  TriangleMesh exact = polygonize(
+      source.figure().bounds_m(), 200, [&](Vec3f p) { return truth.distance_m(p); }, 1);
   compute_normals(exact);
   const ViewCamera view = frame_box(bounds(exact), azimuth_rad, elevation_rad, 1.F);
   scene.meshes.push_back({.name = "truth", .mesh = std::move(exact), .material = clay_material()});

@@ -30,7 +30,8 @@ Vec3i corner_offset(int corner) { return {corner & 1, corner >> 1 & 1, corner >>
 
 }  // namespace
 
-TriangleMesh polygonize(const Box3f& box_m, Index cells, const std::function<float(Vec3f)>& distance_m) {
+TriangleMesh polygonize(const Box3f& box_m, Index cells, const std::function<float(Vec3f)>& distance_m,
+                        float steepest) {
   const Vec3f extent = box_m.extent();
   if (!(extent.x > 0 && extent.y > 0 && extent.z > 0)) throw Error("polygonize: the box is empty");
   if (cells < 1 || cells > 1000)
@@ -46,10 +47,17 @@ TriangleMesh polygonize(const Box3f& box_m, Index cells, const std::function<flo
   const Vec3i n = grid.nodes;
   tbb::parallel_for(Index{0}, n.z, [&](Index z) {
     for (Index y = 0; y < n.y; ++y) {
+      // Nodes up to here are farther outside than an edge of a cell is long: no vertex is on their edges.
+      Index outside = -1;
       for (Index x = 0; x < n.x; ++x) {
+        float& value = grid.value[grid.index({x, y, z})];
+        value = 1;
+        if (x <= outside) continue;
         const bool rim = x == 0 || y == 0 || z == 0 || x + 1 == n.x || y + 1 == n.y || z + 1 == n.z;
         const float d = distance_m(grid.at({x, y, z}));
-        grid.value[grid.index({x, y, z})] = rim ? max(d, 1e-6F) : d;
+        value = rim ? max(d, 1e-6F) : d;
+        const float edges = d / (steepest * grid.spacing_m) - 1.01F;
+        if (edges > 0) outside = x + static_cast<Index>(min(edges, static_cast<float>(n.x)));
       }
     }
   });
@@ -70,10 +78,13 @@ TriangleMesh polygonize(const Box3f& box_m, Index cells, const std::function<flo
   };
   for (Index z = 0; z + 1 < n.z; ++z) {
     for (Index y = 0; y + 1 < n.y; ++y) {
+      const float* rows[4];
+      for (int r = 0; r < 4; ++r) rows[r] = &grid.value[grid.index({0, y + (r & 1), z + (r >> 1)})];
+      unsigned signs = 0;  // bit c: corner c is inside; corners with x + 1 are those of the next cell's x
+      for (int r = 0; r < 4; ++r) signs |= rows[r][0] < 0 ? 2U << 2 * r : 0U;
       for (Index x = 0; x + 1 < n.x; ++x) {
-        unsigned signs = 0;
-        for (int c = 0; c < 8; ++c)
-          signs |= grid.value[grid.index(Vec3i{x, y, z} + corner_offset(c))] < 0 ? 1U << c : 0U;
+        signs = signs >> 1 & 0x55U;
+        for (int r = 0; r < 4; ++r) signs |= rows[r][x + 1] < 0 ? 2U << 2 * r : 0U;
         const CellCase& cell = cases[signs];
         for (int k = 0; k < cell.triangle_count; ++k)
           mesh.triangles.push_back({vertex({x, y, z}, cell.edge[3 * k]),

@@ -31,7 +31,8 @@ class FigureSubject final : public SyntheticSubject {
   }
   TriangleMesh surface(double time_s) const override {
     const FigureShape shape = figure_.at(time_s);
-    return polygonize(shape.bounds_m(), kSurfaceCells, [&](Vec3f p) { return shape.distance_m(p); });
+    return polygonize(
+        shape.bounds_m(), kSurfaceCells, [&](Vec3f p) { return shape.distance_m(p); }, 1);
   }
   Vec3f velocity_m_s(Vec3f p_m, double time_s) const override { return figure_.velocity_m_s(p_m, time_s); }
   double volume_m3(double time_s) const override { return figure_volume(figure_.at(time_s)).volume_m3; }
