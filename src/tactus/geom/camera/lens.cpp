@@ -221,7 +221,7 @@ Pixel project(const CalibratedCamera& calibrated, Vec3d p_world) {
 std::optional<Vec2d> photo_pixel(const CalibratedCamera& calibrated, const Camera& pinhole, Vec2d pinhole_px,
                                  double lens_limit) {
   const Vec2d ideal = from_px(pinhole, pinhole_px);
-  if (std::hypot(ideal.x, ideal.y) > lens_limit) return {};
+  if (std::isfinite(lens_limit) && std::hypot(ideal.x, ideal.y) > lens_limit) return {};
   return to_px(calibrated.camera, calibrated.lens.distort(ideal));
 }
 

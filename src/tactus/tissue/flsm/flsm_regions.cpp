@@ -24,7 +24,7 @@ class Occupancy {
     for (const Vec3i p : lattice.nodes) set(node_, p);
     for (const Vec3i p : lattice.cubes) set(cube_, p);
   }
-  /// Of `count` nodes or cubes from p on along x: bit 0 is p's.
+  /// Which of `count` nodes or cubes from p on along x exist: bit 0 is that of p.
   std::uint16_t nodes(Vec3i p, int count) const { return bits(node_, p, count); }
   std::uint16_t cubes(Vec3i p, int count) const { return bits(cube_, p, count); }
 
