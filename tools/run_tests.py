@@ -2,7 +2,7 @@
 """Runs all test programs of a build through ctest and counts cases honestly: passed, failed, skipped and why.
 
 A test that is not a gtest program (the package test) counts as one case. Cases that need a GPU are one skipped case where
-there is none; its line says how many they are. The last line but one tells the processor time.
+there is none, as are those on two devices of a CPU; its line says how many they are. The last line but one tells the processor time.
 usage: tools/run_tests.py BUILD [ctest arguments]
 """
 import collections
@@ -22,15 +22,15 @@ def reason_of(skipped: ElementTree.Element) -> str:
     return " ".join(lines[1:]).strip() or "without a reason, at " + (lines[0] if lines else "an unknown place")
 
 
-def join_gpu_cases(counts: collections.Counter, reasons: collections.Counter) -> None:
-    """Every program tells its own number: 'no GPU here (why): 27 cases'."""
-    cases, programs, why = 0, 0, ""
+def join_cases_elsewhere(counts: collections.Counter, reasons: collections.Counter) -> None:
+    """Every program tells its own numbers: 'no GPU here (why): 27 cases', 'cpu:2, why: 9 cases'."""
+    joined: dict = {}
     for text in list(reasons):
-        if found := re.fullmatch(r"(no GPU here .*): (\d+) cases", text):
-            programs += reasons[text]
-            cases += int(found[2]) * reasons.pop(text)
-            why = found[1]
-    if programs:
+        if found := re.fullmatch(r"((?:no GPU here|cpu:2).*): (\d+) cases", text):
+            programs, cases = joined.get(found[1], (0, 0))
+            count = reasons.pop(text)
+            joined[found[1]] = programs + count, cases + int(found[2]) * count
+    for why, (programs, cases) in joined.items():
         counts["skipped"] -= programs - 1
         reasons[f"{why}: {cases} cases of {programs} programs"] = 1
 
@@ -75,7 +75,7 @@ def main() -> int:
                 counts["passed" if program.get("status") == "run" else "failed"] += 1
     if ctest.returncode != 0 and counts["failed"] == 0:
         counts["failed"] = 1
-    join_gpu_cases(counts, reasons)
+    join_cases_elsewhere(counts, reasons)
     for text, count in reasons.most_common():
         print(f"skipped {count}: {text}")
     used = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -1,6 +1,8 @@
 #include "support/device_sets.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <utility>
 
 #include "tactus/compute/device.h"
 
@@ -9,35 +11,48 @@ namespace {
 
 const std::vector<std::string> kOfGpus{"cuda:0", "cuda:0,0", "cuda:all"};
 
-/// Stands for all cases on GPUs where there is none, so that they are counted once a program and not once a
-/// case.
-class CasesOnGpus : public ::testing::Test {
+const bool is_long = std::getenv("TACTUS_LONG_TESTS") != nullptr;
+
+/// Stands for all cases on device sets that a run leaves out, so that they are counted once a program and not
+/// once a case.
+class CasesElsewhere : public ::testing::Test {
  public:
+  CasesElsewhere(std::size_t sets, std::string why) : sets_(sets), why_(std::move(why)) {}
   void TestBody() override {
     const auto& program = *::testing::UnitTest::GetInstance();
-    int cases = 0;
+    std::size_t cases = 0;
     for (int s = 0; s < program.total_test_suite_count(); ++s) {
       const ::testing::TestSuite& suite = *program.GetTestSuite(s);
       if (!std::string(suite.name()).starts_with("Devices/")) continue;
       for (int t = 0; t < suite.total_test_count(); ++t)
-        if (std::string(suite.GetTestInfo(t)->name()).ends_with("/cpu"))
-          cases += static_cast<int>(kOfGpus.size());
+        cases += std::string(suite.GetTestInfo(t)->name()).ends_with("/cpu") ? sets_ : 0;
     }
     // tools/run_tests.py adds these numbers up.
-    GTEST_SKIP() << "no GPU here (" << cuda_status_text() << "): " << cases << " cases";
+    GTEST_SKIP() << why_ << ": " << cases << " cases";
   }
+
+ private:
+  std::size_t sets_;
+  std::string why_;
 };
 
-[[maybe_unused]] const auto* const is_registered = [] {
-  if (cuda_device_count() > 0) return static_cast<::testing::TestInfo*>(nullptr);
-  return ::testing::RegisterTest("DeviceSets", "CasesOnGpus", nullptr, nullptr, __FILE__, __LINE__,
-                                 []() -> ::testing::Test* { return new CasesOnGpus; });
+void leave_out(const char* name, std::size_t sets, const std::string& why) {
+  ::testing::RegisterTest("DeviceSets", name, nullptr, nullptr, __FILE__, __LINE__,
+                          [=]() -> ::testing::Test* { return new CasesElsewhere(sets, why); });
+}
+
+[[maybe_unused]] const bool is_registered = [] {
+  if (!is_long) leave_out("CasesOnTwo", 1, "cpu:2, the ends of cpu:3: set TACTUS_LONG_TESTS=1");
+  if (cuda_device_count() == 0)
+    leave_out("CasesOnGpus", kOfGpus.size(), "no GPU here (" + cuda_status_text() + ")");
+  return true;
 }();
 
 }  // namespace
 
 std::vector<std::string> device_sets() {
-  std::vector<std::string> sets{"cpu", "cpu:2", "cpu:3"};
+  std::vector<std::string> sets{"cpu", "cpu:3"};
+  if (is_long) sets.insert(sets.begin() + 1, "cpu:2");
   if (cuda_device_count() > 0) sets.insert(sets.end(), kOfGpus.begin(), kOfGpus.end());
   return sets;
 }

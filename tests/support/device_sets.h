@@ -6,7 +6,8 @@
 #include <vector>
 
 namespace tactus::test {
-/// {cpu, cpu:2, cpu:3}; with a GPU also {cuda:0, cuda:0,0, cuda:all}, without one a test that is skipped.
+/// {cpu, cpu:3}, with TACTUS_LONG_TESTS cpu:2; with a GPU also {cuda:0, cuda:0,0, cuda:all}. A test that is
+/// skipped stands for what is left out.
 std::vector<std::string> device_sets();
 /// Empty when the set can be opened here, else the reason for GTEST_SKIP.
 std::string why_unavailable(const std::string& devices);
