@@ -346,6 +346,7 @@ void print_row(const nlohmann::json& row) {
               row["vertices"].get<long long>(), row["triangles"].get<long long>(),
               row["euler"].get<long long>(), row["volume_m3"].get<double>(), row["iou_mean"].get<double>(),
               row["iou_min"].get<double>(), row["recall"].get<double>(), row["ms"]["total"].get<double>());
+  std::fflush(stdout);  // whoever reads through a pipe sees frames as they come
 }
 
 /// Six numbers in place of `auto`, from the first usable frame.
@@ -393,6 +394,7 @@ void reconstruct(ReconstructOptions options) {
     log_info(cost);
   std::printf("%6s %9s %9s %6s %10s %8s %8s %8s %9s\n", "frame", "vertices", "triangles", "euler",
               "volume m3", "IoU", "IoU min", "recall", "total ms");
+  std::fflush(stdout);
   FrameSet frame;
   while (!interrupted()) {
     const NextFrame next = source->next(frame);
