@@ -214,7 +214,7 @@ TEST_P(NeighbourSearchOn, OneParticleAndNone) {
 }
 
 TEST_P(NeighbourSearchOn, AllInOneCell) {
-  check_everywhere(GetParam(), random_cloud(10000, {0.04F, 0.04F, 0.04F}, 4, {0.05F, 0.05F, 0.05F}), nullptr,
+  check_everywhere(GetParam(), random_cloud(5000, {0.04F, 0.04F, 0.04F}, 4, {0.05F, 0.05F, 0.05F}), nullptr,
                    997);
 }
 
