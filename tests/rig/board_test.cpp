@@ -47,21 +47,34 @@ struct BoardSet {
   double blur_px, noise;
 };
 
-/// A picture of a board through a fisheye lens, on 3x3 points a pixel; its paper reaches one square beyond
-/// the corners and another one in white.
-cv::Mat picture_of_board(const CalibratedCamera& camera, const std::vector<double>& angles,
-                         const Board& board, const Rigidd& T_cam_board, const BoardSet& set, unsigned seed) {
+/// Along 3x3 points of each pixel; zero beyond the lens.
+std::vector<Vec3d> fisheye_rays(const CalibratedCamera& camera) {
   const Camera& c = camera.camera;
-  const Vec3d n = T_cam_board.R.column(2);
-  const Rigidd T_board_cam = inverse(T_cam_board);
-  const auto grey_at = [&](double x, double y) {
+  const std::vector<double> angles = fisheye_angles(camera);
+  const auto ray = [&](double x, double y) {
     const Vec2d at{(x - c.cx_px) / c.fx_px, (y - c.cy_px) / c.fy_px};
     const double radius = std::hypot(at.x, at.y), step = 1000 * radius;
     const auto i = static_cast<std::size_t>(step);
-    if (i + 1 >= angles.size()) return 20;
+    if (i + 1 >= angles.size()) return Vec3d{};
     const double angle = angles[i] + (step - static_cast<double>(i)) * (angles[i + 1] - angles[i]);
     const double across = radius > 0 ? std::sin(angle) / radius : 1;
-    const Vec3d ray{across * at.x, across * at.y, std::cos(angle)};
+    return Vec3d{across * at.x, across * at.y, std::cos(angle)};
+  };
+  std::vector<Vec3d> rays;
+  for (int y = 0; y < c.height_px; ++y)
+    for (int x = 0; x < c.width_px; ++x)
+      for (int s = 0; s < 9; ++s) rays.push_back(ray(x + (s % 3 - 1) / 3.0, y + (s / 3 - 1) / 3.0));
+  return rays;
+}
+
+/// A picture of a board through a fisheye lens, on 3x3 points a pixel; its paper reaches one square beyond
+/// the corners and another one in white.
+cv::Mat picture_of_board(const Camera& c, const std::vector<Vec3d>& rays, const Board& board,
+                         const Rigidd& T_cam_board, const BoardSet& set, unsigned seed) {
+  const Vec3d n = T_cam_board.R.column(2);
+  const Rigidd T_board_cam = inverse(T_cam_board);
+  const auto grey_at = [&](Vec3d ray) {
+    if (ray == Vec3d{}) return 20;
     const double depth = dot(n, T_cam_board.t) / dot(n, ray);
     if (!(depth > 0)) return 90;
     const Vec3d p = T_board_cam * (depth * ray);
@@ -71,10 +84,11 @@ cv::Mat picture_of_board(const CalibratedCamera& camera, const std::vector<doubl
     return (static_cast<int>(std::floor(u)) + static_cast<int>(std::floor(v))) % 2 == 0 ? 25 : 235;
   };
   cv::Mat sharp(c.height_px, c.width_px, CV_32F), picture(c.height_px, c.width_px, CV_8U);
+  auto ray = rays.begin();
   for (int y = 0; y < sharp.rows; ++y) {
     for (int x = 0; x < sharp.cols; ++x) {
       double sum = 0;
-      for (int s = 0; s < 9; ++s) sum += grey_at(x + (s % 3 - 1) / 3.0, y + (s / 3 - 1) / 3.0) / 9.0;
+      for (int s = 0; s < 9; ++s) sum += grey_at(*ray++) / 9.0;
       sharp.at<float>(y, x) = static_cast<float>(sum);
     }
   }
@@ -131,7 +145,7 @@ std::vector<BoardPicture> pictures_of_set(const BoardSet& set, const Board& boar
   camera.lens = make_lens(LensModel::fisheye, std::vector{-0.02, 0.004, -0.002, 0.0});
   const double half = set.view_deg / 360 * M_PI, t2 = half * half;
   camera.camera.fx_px = camera.camera.fy_px = 320 / (half * (1 + t2 * (-0.02 + t2 * (0.004 - 0.002 * t2))));
-  const std::vector<double> angles = fisheye_angles(camera);
+  const std::vector<Vec3d> rays = fisheye_rays(camera);
   std::mt19937 random(
       static_cast<unsigned>(7 * set.view_deg + 100 * set.tilt + 10 * set.blur_px + set.noise));
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -149,7 +163,7 @@ std::vector<BoardPicture> pictures_of_set(const BoardSet& set, const Board& boar
     std::vector<Vec2d> truth = fisheye_corners(camera, board, T);
     if (truth.empty()) continue;
     const auto seed = static_cast<unsigned>(pictures.size());
-    pictures.push_back({picture_of_board(camera, angles, board, T, set, seed), std::move(truth)});
+    pictures.push_back({picture_of_board(camera.camera, rays, board, T, set, seed), std::move(truth)});
   }
   return pictures;
 }
