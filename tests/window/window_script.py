@@ -88,9 +88,9 @@ class Window:
         self.x("key", *keys)
 
     def shot(self, name: str) -> pathlib.Path:
-        """As it is now: frames may go on."""
+        """As it is now: frames may go on. (Packed quickly: -quality 10.)"""
         path = self.folder / f"{name}.png"
-        subprocess.run(["import", "-window", self.id, path], check=True, timeout=SOON_S)
+        subprocess.run(["import", "-window", self.id, "-quality", "10", path], check=True, timeout=SOON_S)
         return path
 
     def drag(self, begin: tuple, end: tuple, button: int = 1, held_s: float = 0, name: str = "") -> None:
@@ -109,10 +109,10 @@ class Window:
         """Once two pictures in a row are the same: what was asked for is drawn by then."""
         path, again = self.folder / f"{name}.png", self.folder / "again.png"
         end = time.monotonic() + SOON_S
-        subprocess.run(["import", "-window", self.id, path], check=True, timeout=SOON_S)
+        subprocess.run(["import", "-window", self.id, "-quality", "10", path], check=True, timeout=SOON_S)
         while time.monotonic() < end:
             time.sleep(0.4)
-            subprocess.run(["import", "-window", self.id, again], check=True, timeout=SOON_S)
+            subprocess.run(["import", "-window", self.id, "-quality", "10", again], check=True, timeout=SOON_S)
             same = psnr_dB(path, again) > 99
             again.replace(path)
             if same:
