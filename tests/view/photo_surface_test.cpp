@@ -251,7 +251,7 @@ TEST_F(PhotoSurface, ASurfaceOnADeviceLooksLikeOneOnTheHost) {
     EXPECT_FALSE(Renderer::sharing(set.device(0)).empty());
     ++sets;
   }
-  EXPECT_GE(sets, 3);
+  EXPECT_GE(sets, 2);
 }
 
 TEST_F(PhotoSurface, ATurnedSurfaceTakesItsPhotosAlong) {
