@@ -340,7 +340,7 @@ TEST(CutGrowth, StatesFromBeforeAndAfterItAreLoaded) {
 /// Random straight strokes through all of a box, a ball and a liver of some 8 spacings: no stroke finds the
 /// body full.
 TEST(CutGrowth, ManyRandomStrokesFindCapacity) {
-  const int strokes = std::getenv("TACTUS_LONG_TESTS") != nullptr ? 200 : 30;
+  const int strokes = std::getenv("TACTUS_LONG_TESTS") != nullptr ? 200 : 50;
   ShapeDescription box, ball, liver;
   box.size_m = {0.08, 0.06, 0.07};
   ball.kind = ShapeKind::sphere;

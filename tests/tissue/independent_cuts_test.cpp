@@ -264,7 +264,7 @@ int strokes_or(int standard) {
 TEST(IndependentCuts, StrokesThroughWhatWasCut) {
   const Seeds seeds(7);
   for (unsigned seed = seeds.first; seed < seeds.end; ++seed)
-    cut_over_and_over(seed, 0.01, strokes_or(is_long() ? 200 : 14));
+    cut_over_and_over(seed, 0.01, strokes_or(is_long() ? 200 : 22));
 }
 
 TEST(IndependentCuts, StrokesThroughWhatWasCutOfAFineLattice) {
