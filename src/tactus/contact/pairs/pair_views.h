@@ -160,17 +160,20 @@ struct PairTable {
   /// Points of a body may stick out of all cubes by that much.
   TACTUS_HD static float slack_m(const PairBody& body) { return 0.1F * body.spacing_m; }
   /// From a point of a body, at q in a cube, to the surface of the cube's material, negative inside. At rest
-  /// no point is inside of other material of its body: depth that samples tell of a point at its own place is
-  /// their error, where walls are bent. It is taken off near that place, and less and less over a spacing:
-  /// where it faded faster than the distance grows, a push along the gradient would deepen the point.
+  /// no point is inside of other material of its body, so nothing is deeper there than it is far from the
+  /// point's place: what samples tell beyond that is their error, where walls are bent. It is taken off near
+  /// that place, and less and less over a spacing: where it faded faster than the distance grows, a push
+  /// along the gradient would deepen the point.
   TACTUS_HD RestDistance distance(Index body, Index point, Index cube, Vec3f q) const {
     constexpr float kNear = 0.25F;
     RestDistance found = samples.at(cube, q);
     if (cubes[cube].body != body || !(found.distance_m < 0.F)) return found;
-    const Vec3f own = rest[point].p - vec_cast<float>(cubes[cube].cell);
+    const Vec3f own = rest[point].p - vec_cast<float>(cubes[cube].cell),
+                inside = min(max(own, Vec3f{}), Vec3f{1, 1, 1});
     const float share = min(1 + kNear - length(q - own), 1.F);
-    if (share > 0.F && CubeMap::is_in(own, CubeMap::kEdge))
-      found.distance_m -= share * min(samples.at(cube, own).distance_m, 0.F);
+    if (!(share > 0.F)) return found;
+    const float away_m = bodies[body].spacing_m * length(own - inside);
+    found.distance_m += share * max(-samples.at(cube, inside).distance_m - away_m, 0.F);
     return found;
   }
 };
