@@ -66,22 +66,27 @@ void CutPoints::add_walls(const LatticeCutter& cutter, const CutSurface& surface
   }
 }
 
-bool CutPoints::has_point(const LatticeCutter& cutter, Index copy) const {
+int CutPoints::points_on(const LatticeCutter& cutter, Index copy) const {
   const auto known = of_cube_.find(cutter.regular_of(copy));
-  return known != of_cube_.end() && std::any_of(known->second.begin(), known->second.end(),
-                                                [&](std::size_t p) { return points_[p].cube == copy; });
+  if (known == of_cube_.end()) return 0;
+  return static_cast<int>(std::count_if(known->second.begin(), known->second.end(),
+                                        [&](std::size_t p) { return points_[p].cube == copy; }));
 }
 
 /// Parts that this change may have made. Later cuts took the points of their walls away, and each wall that
-/// is new is too small for one.
+/// is new is too small for one. A part that three points don't hold turns through what they lie on.
 void CutPoints::add_to_bare_parts(const LatticeCutter& cutter, const CutSurface& surface,
                                   const TopologyChange& change, double unit_m2) {
   constexpr std::size_t kMostCopies = 16;  // a part of more has walls that got points
+  constexpr int kEnough = 4;
   std::set<Index> bare;
   for (const TopologyChange::Copy& copy : change.copies) {
-    if (bare.contains(copy.cube) || has_point(cutter, copy.cube)) continue;
-    for (const Index part :
-         small_part(cutter, copy.cube, kMostCopies, [&](Index c) { return !has_point(cutter, c); }))
+    if (bare.contains(copy.cube)) continue;
+    int count = 0;
+    for (const Index part : small_part(cutter, copy.cube, kMostCopies, [&](Index c) {
+           count += points_on(cutter, c);
+           return count < kEnough;
+         }))
       bare.insert(part);
   }
   if (bare.empty()) return;

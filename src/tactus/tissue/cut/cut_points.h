@@ -9,7 +9,7 @@ namespace tactus::cut {
 
 /// Owns where the points rest. Points in cubes that are cut go with the copy that has their place. Walls get
 /// points on both sides, half a spacing apart; they take the places behind the first ones. A small part that
-/// none of them is on gets one at each corner of its surface: else nothing would hold it.
+/// less than four of them are on gets one at each corner of its surface: else nothing would hold it.
 class CutPoints {
  public:
   CutPoints() = default;
@@ -36,7 +36,7 @@ class CutPoints {
   void add_walls(const LatticeCutter& cutter, const CutSurface& surface, double area_of_unit_m2);
   void add_to_bare_parts(const LatticeCutter& cutter, const CutSurface& surface, const TopologyChange& change,
                          double area_of_unit_m2);
-  bool has_point(const LatticeCutter& cutter, Index copy) const;
+  int points_on(const LatticeCutter& cutter, Index copy) const;
   void add(const LatticeCutter& cutter, const Point& point);
 
   std::vector<Point> points_;
