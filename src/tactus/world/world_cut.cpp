@@ -98,11 +98,13 @@ void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
   }
   tools_.strips.clear();
   for (const BladeDescription& blade : scene_.blades) {
+    const bool ends =
+        !blade.path.empty() && blade.path.back().time_s <= to_s && blade.path.back().time_s > from_s;
+    if (!ends) continue;
     const bool has_cut = std::any_of(cuts_.begin(), cuts_.end(), [&](const CutScore& score) {
       return score.blade == blade.name && score.cut_cubes > 0;
     });
-    const bool is_over = !blade.path.empty() && blade.path.back().time_s <= to_s;
-    if (is_over && !has_cut && !is_told(blade.name, reported_cuts_, full_s_) &&
+    if (!has_cut && !is_told(blade.name, reported_cuts_, full_s_) &&
         reported_cuts_.insert(blade.name + "missed").second)
       report.notices.push_back(missed_notice(blade));
   }
