@@ -98,8 +98,10 @@ void World::Impl::cut_bodies(double from_s, double to_s, StepReport& report) {
   }
   tools_.strips.clear();
   for (const BladeDescription& blade : scene_.blades) {
-    const bool ends =
-        !blade.path.empty() && blade.path.back().time_s <= to_s && blade.path.back().time_s > from_s;
+    if (blade.path.empty()) continue;
+    // In this step or, by rounding of times, in the one before.
+    const double end_s = blade.path.back().time_s;
+    const bool ends = end_s <= to_s && end_s > from_s - (to_s - from_s);
     if (!ends) continue;
     const bool has_cut = std::any_of(cuts_.begin(), cuts_.end(), [&](const CutScore& score) {
       return score.blade == blade.name && score.cut_cubes > 0;
