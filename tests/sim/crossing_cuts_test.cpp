@@ -122,6 +122,7 @@ blades:
 /// Cubes, balls and livers that lie or fall on a floor while strokes cut them: no part is strained beyond
 /// what a law takes, and none falls through the floor. All of them blew up when points hung on nodes without
 /// mass.
+/// Points of walls are half a spacing apart, so what is between them may hang as far below the floor.
 TEST(CrossingCuts, BodiesOnAFloorBearThem) {
   if (std::getenv("TACTUS_LONG_TESTS") == nullptr) GTEST_SKIP() << "minutes of work: set TACTUS_LONG_TESTS=1";
   struct Lying {
