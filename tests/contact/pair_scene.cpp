@@ -41,7 +41,7 @@ void PairScene::run(int substeps, float dt_s, Vec3f gravity_m_s2, float drag_per
       if (!obstacles.view().empty())
         contact.correct(ctx, surface, obstacles.view(), body->points, body->nodes(), k);
     }
-    pairs.correct(ctx, contact.poses());
+    pairs.correct(ctx, contact.poses(), {dt_s});
   }
   for (SoftThing* body : bodies) body->points.end_frame(ctx);
   pairs.end_frame(ctx);

@@ -110,7 +110,7 @@ class Toucher {
     ctx_.fill_bytes(v_m_s_.view(), 0);
     if (anew) pairs_.apply(ctx_, 0, {});
     pairs_.begin_frame(ctx_);
-    pairs_.correct(ctx_, poses_.const_view());
+    pairs_.correct(ctx_, poses_.const_view(), {1e-3F});
     pairs_.end_frame(ctx_);
     return to_host(ctx_, pairs_.totals())[0].contacts;
   }

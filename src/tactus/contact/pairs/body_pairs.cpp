@@ -190,7 +190,7 @@ void BodyPairs::set_response(float friction, float restitution) {
 
 void BodyPairs::begin_frame(ExecContext& ctx) { ctx.fill_bytes(recorded_.view(), 0); }
 
-void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
+void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses, const CorrectionTime& time) {
   const PairTable t = table();
   const PairState s = state();
   ctx.parallel_for("contact/bound patches", patches_.size(), BoundPatches{t, s});
@@ -198,7 +198,7 @@ void BodyPairs::correct(ExecContext& ctx, View<const SurfacePoses> poses) {
   const Index touch_others = touch_others_ ? 1 : 0;
   ctx.parallel_for("contact/bound cubes", patches_.size(), BoundCubes{t, s, touch_others});
   ctx.parallel_for("contact/find pairs", used_groups_.count(groups_.size()),
-                   FindPairs{t, s, settings_.restitution, settings_.friction, touch_others});
+                   FindPairs{t, s, {time, settings_.restitution, settings_.friction}, touch_others});
   ctx.parallel_for("contact/pair impulses", used_groups_.count(groups_.size()), PairImpulses{t, s, poses});
   ctx.parallel_for("contact/move pairs", used_rows_.count(row_groups(nodes_.size())), MovePairs{t, s});
 }

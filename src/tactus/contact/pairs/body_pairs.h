@@ -41,7 +41,7 @@ class BodyPairs {
   void set_response(float friction, float restitution);
   void begin_frame(ExecContext& ctx);
   /// @param poses of the real surface: moments are about its centre
-  void correct(ExecContext& ctx, View<const SurfacePoses> poses);
+  void correct(ExecContext& ctx, View<const SurfacePoses> poses, const CorrectionTime& time);
   void end_frame(ExecContext& ctx);
   /// Archives the state that lasts from frame to frame. Synchronizes. @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);

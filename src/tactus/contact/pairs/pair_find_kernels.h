@@ -1,12 +1,11 @@
 #pragma once
-/// Finds which points of bodies are inside of other bodies, or of their own, and how they are to be
-/// corrected.
+/// Finds which points of bodies are inside of other bodies, or of their own.
 ///
 /// A point is inside of a body when it lies in one of the body's deformed cubes and, taken to rest there, is
 /// inside of the surface at rest. The point touches that body's material at the same place: one point of
 /// space, two points of matter, each a mean of up to eight nodes. The momentum that one gets the other loses,
 /// so momentum and its moment are conserved.
-#include "tactus/contact/pairs/pair_weights.h"
+#include "tactus/contact/pairs/pair_touch.h"
 
 namespace tactus {
 
@@ -15,8 +14,9 @@ struct FindPairs {
   static constexpr int kThreads = 512, kGrain = 4, kCandidates = 512, kClose = 1024;
   PairTable table;
   PairState state;
-  float restitution, friction;
+  TouchLaw law;
   Index touch_others;
+  TACTUS_HD void load() { law.time.load(); }
   enum class Self : std::uint8_t { sleeps, inside, sought };
   /// A cube that a point may be in.
   struct Candidate {
@@ -399,100 +399,15 @@ struct FindPairs {
     const Index i = group.first + t, c = s.cube[t];
     PairContact& contact = state.contact[i];
     if (c < 0 && contact.cube < 0 && contact.touching == 0) return;
-    if (c >= 0 && touch(group, i, c, s.q[t], s.x_m[t], contact)) {
+    if (c >= 0 && PairTouch{table, state, law}.touch(group.body, i, c, s.q[t], s.x_m[t])) {
       atomic_or(s.active, 1U);
       return;
     }
-    if (contact.touching == 1) add_weights(i, contact, -1);
+    if (contact.touching == 1) add_pair_weights(table, state, i, contact, -1);
     if (contact.touching != 0) contact.touching = contact.touching < kLingering ? contact.touching + 1 : 0;
     contact.cube = c;
     contact.q = s.q[t];
     if (contact.touching != 0 || c >= 0) atomic_or(s.active, 1U);
-  }
-  /// Returns whether the point is inside with a normal, and it or the touched cube can move. The normal is
-  /// that of the distance at rest, taken through the deformation; gap = distance / |its gradient|.
-  TACTUS_HD bool touch(const PointGroup& group, Index i, Index c, Vec3f q, Vec3f x,
-                       PairContact& contact) const {
-    const RestDistance rest = table.distance(group.body, i, c, q);
-    if (!(rest.distance_m < 0.F)) return false;
-    const SolidCube& cube = table.cubes[c];
-    const EmbeddedPoint& point = table.points[i];
-    const PairBody &body = table.bodies[group.body], &other = table.bodies[cube.body];
-    const CubeMap::Jacobian jacobian = CubeCorners::map(other.nodes, cube).jacobian(q);
-    const float steepness = length(rest.gradient_m) / other.spacing_m;  // 1, less where sides are as near
-    const Vec3f gradient = jacobian.gradient(rest.gradient_m);
-    const float slope = length(gradient);
-    if (!(steepness > 0.1F) || !(slope > 0.F) || !(moves(body, point) || moves(other, cube, q))) return false;
-    const Vec3f n = (1.F / slope) * gradient;
-    const float depth = -rest.distance_m * steepness / slope;
-
-    const Vec3f rel = body.nodes.velocity(point) - CubeCorners::velocity(other.nodes, cube, q);
-    const bool same = contact.touching != 0 && table.cubes[contact.anchor_cube].body == cube.body;
-    const Vec3f anchor =
-        same ? CubeCorners::map(other.nodes, table.cubes[contact.anchor_cube]).at(contact.anchor_q) : x;
-    FrictionMemory memory = same ? contact.friction : FrictionMemory::begin(depth);
-    memory.press(depth);
-    const Vec3f away = x - anchor, slide = away - dot(away, n) * n;
-    const float distance = length(slide), most = friction * memory.depth_m;
-    Vec3f push = depth * n - (distance > most ? most / distance : 1.F) * slide;
-    // Where it sticks the anchor stays as it is: each time it is found anew it is off by a rounding.
-    if (!same || distance > most) {
-      contact.anchor_cube = c;
-      contact.anchor_q = q + jacobian.solve(push);
-    }
-    // Bodies that were put into one another must not be shot apart. But the depth gained since the last
-    // correction goes at once: else a body that carries more than that a substep sinks in.
-    const float stayed =
-        same && contact.touching == 1 ? contact.depth_m - length(contact.position_correction_m) : depth;
-    const float farthest = kLargestPush * min(body.spacing_m, other.spacing_m) + max(depth - stayed, 0.F),
-                far = length(push);
-    if (far > farthest) push *= farthest / far;
-    const bool stays = contact.touching == 1 && contact.cube == c;
-    if (stays)
-      shift_weights(contact, q);
-    else if (contact.touching == 1)
-      add_weights(i, contact, -1);
-    contact.velocity_correction_m_s =
-        memory.velocity_correction_m_s(rel, n, contact.touching == 1 ? 0.F : restitution, friction);
-    contact.friction = memory;
-    contact.position_correction_m = push;
-    contact.x_m = x;
-    contact.depth_m = depth;
-    contact.touching = 1;
-    contact.cube = c;
-    contact.q = q;
-    if (!stays) add_weights(i, contact, 1);
-    return true;
-  }
-  /// Largest push in one correction, in spacings, for depth that was there before.
-  static constexpr float kLargestPush = 0.1F;
-
-  TACTUS_HD static bool moves(const PairBody& body, const EmbeddedPoint& p) {
-    if (body.nodes.has_stopped()) return false;
-    TACTUS_ROLLED
-    for (int k = 0; k < 8; ++k) {
-      if (p.weight[k] != 0.F && !body.nodes.is_held(p.node[k])) return true;
-    }
-    return false;
-  }
-  TACTUS_HD static bool moves(const PairBody& body, const SolidCube& cube, Vec3f q) {
-    if (body.nodes.has_stopped()) return false;
-    TACTUS_ROLLED
-    for (int k = 0; k < 8; ++k) {
-      if (CubeMap::weight(q, k) != 0.F && !body.nodes.is_held(cube.node[k])) return true;
-    }
-    return false;
-  }
-  TACTUS_HD_CALLED void add_weights(Index i, const PairContact& contact, int sign) const {
-    add_pair_weights(table, state, i, contact, sign);
-  }
-  /// A point that touches in the same cube as before hardly moves there, most often.
-  TACTUS_HD void shift_weights(const PairContact& contact, Vec3f q) const {
-    const SolidCube& cube = table.cubes[contact.cube];
-    for (int k = 0; k < 8; ++k)
-      add_row_weight(
-          state, cube.row[k],
-          signed_units(CubeMap::weight(q, k), 1) + signed_units(CubeMap::weight(contact.q, k), -1));
   }
 };
 

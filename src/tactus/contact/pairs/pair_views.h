@@ -2,6 +2,7 @@
 /// Data of contact between bodies, and of a body with itself, on the device.
 #include "tactus/contact/body_points.h"
 #include "tactus/contact/cube_map.h"
+#include "tactus/frame/frame_params.h"
 #include "tactus/geom/arrays/index_lists.h"
 
 namespace tactus {
@@ -176,6 +177,17 @@ struct PairTable {
     found.distance_m += share * max(-samples.at(cube, inside).distance_m - away_m, 0.F);
     return found;
   }
+};
+
+/// From one correction to the next.
+struct CorrectionTime {
+  float dt_s = 0;      ///< of a substep or, with `frame`, the device's
+  Index substeps = 1;  ///< between two corrections
+  View<const FrameParams> frame = {};
+  TACTUS_HD void load() {
+    if (!frame.empty()) dt_s = frame[0].dt_s;
+  }
+  TACTUS_HD float since_s() const { return dt_s * static_cast<float>(substeps); }
 };
 
 /// Correction that a point of one body wants that is inside of another, or of its own.

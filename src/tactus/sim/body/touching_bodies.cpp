@@ -147,7 +147,9 @@ void TouchingBodies::add_stages(Schedule& schedule, Readback& readback, const Co
               .rate = Rate::substep,
               .every = every_,
               .updates = nodes_,
-              .submit = [this, &contact](BlockPlace) { pairs_->correct(ctx_, contact.poses()); }};
+              .submit = [this, &contact, &frame = schedule.frame()](BlockPlace) {
+                pairs_->correct(ctx_, contact.poses(), {.substeps = every_, .frame = frame.view(0)});
+              }};
   touch.updates.push_back(records);
   schedule.add(std::move(touch));
   schedule.add({.name = "bodies/contact sums",
