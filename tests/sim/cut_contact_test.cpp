@@ -214,7 +214,7 @@ obstacles:
 }
 
 /// Four strokes that overlap in time cut a liver while it falls onto a floor: all parts stay as they are
-/// strained. With corners that are lighter than an eighth of a cube, it blew up in frame 8.
+/// strained. Corners lighter than an eighth of a cube were thrown by pushes of contact: it blew up in frame 8.
 TEST(CutContact, AFallingLiverBearsFourStrokes) {
   const Scene scene = parse_scene(R"(
 source: {kind: none}

@@ -290,11 +290,10 @@ void paint(const BodyDescription& body, const RegionFinder& finder, BodyShape& s
 /// Whether the body's own moments of inertia matter. One that is held may be a quarter of another, with
 /// planes of symmetry: there its nodes have the halves that mirror images add to. Regions of shape matching
 /// are as stiff as their material with nodes of eighths: with others, bars of w = 2 and 3 give way by 15 and
-/// 20 %. Where cuts leave single cubes, contact throws their light corners
-/// (CutContact.AFallingLiverBearsFourStrokes).
+/// 20 %.
 bool turns_freely(const BodyDescription& body, const BodyShape& shape) {
   const std::vector<HeldAxes>& held = shape.lattice.fixed;
-  return body.moved.empty() && !body.cuttable &&
+  return body.moved.empty() &&
          std::all_of(held.begin(), held.end(), [](HeldAxes axes) { return axes == 0; }) &&
          std::all_of(shape.elements.begin(), shape.elements.end(), [](std::uint8_t is) { return is != 0; });
 }
