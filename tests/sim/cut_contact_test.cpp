@@ -213,8 +213,38 @@ obstacles:
   return found;
 }
 
+/// A cuttable cube comes to rest on a box before the first frame, with contact in every 4th substep: so the
+/// pieces of settling are 4 substeps, in which fast modes turn round. Stops that took the mean velocity of a
+/// piece fed these modes, until the cube blew up (5 J). At rest it has 1.5e-3 J of strain; it moves with less
+/// than a hundredth of that.
+TEST(CutContact, ACubeSettlesWithContactInEveryFourthSubstep) {
+  const Scene scene = parse_scene(R"(
+source: {kind: none}
+frame: {start: settled}
+contact: {every: 4}
+bodies:
+  - name: cube
+    cuttable: true
+    shape: {kind: box, size_m: [0.1, 0.1, 0.1]}
+    placement: {position_m: [0, 0.05, 0]}
+    spacing_m: 0.02
+    material: {model: tled, young_modulus_pa: 100000}
+obstacles:
+  - {name: floor, kind: box, size_m: [2, 0.2, 2], placement: {position_m: [0, -0.1, 0]}}
+)",
+                                  "scenes/x.yaml");
+  DeviceSet devices("cpu");
+  test::FilmedWorld simulation(devices, scene, {}, {});
+  for (int k = 0; k < 3; ++k) {
+    for (const Notice& n : simulation.step(nullptr, k == 0 ? 0 : 1.0 / 30).notices)
+      ADD_FAILURE() << "frame " << k << ": " << n.message();
+    EXPECT_LT(simulation.bodies()[0]->status().motion.kinetic_J, 1.5e-5) << "frame " << k;
+  }
+}
+
 /// Four strokes that overlap in time cut a liver while it falls onto a floor: all parts stay as they are
-/// strained. Corners lighter than an eighth of a cube were thrown by pushes of contact: it blew up in frame 8.
+/// strained. Corners lighter than an eighth of a cube were thrown by pushes of contact: it blew up in
+/// frame 8.
 TEST(CutContact, AFallingLiverBearsFourStrokes) {
   const Scene scene = parse_scene(R"(
 source: {kind: none}

@@ -346,9 +346,9 @@ void describe_contact(FieldVisitor& v, ContactDescription& c) {
             c.cut_walls);
   v.integer({"every",
              "substeps from one correction of bodies that touch one another, or themselves, to the next. "
-             "Fewer cost "
-             "less, and what is pressed together goes in by about `every`^2 times as much; what is thrown "
-             "may go through"},
+             "Fewer cost less, and what is pressed together goes in by about `every`^2 times as much: from 3 "
+             "on, bodies that stand on one another may sink into one another; what is thrown may go "
+             "through"},
             c.every, {"", 1, 16});
 }
 

@@ -66,10 +66,14 @@ void stop_nodes(SoftBody& body, ExecContext& ctx, double ago_s) {
   body.set_nodes(x_m, v_m_s);
 }
 
-/// Takes from the velocity of each node. Synchronizes.
-void slow_nodes(SoftBody& body, ExecContext& ctx, std::span<const Vec3d> by_m_s) {
+/// Takes the mean velocity of each node from its velocity, as far as that goes the same way: fast swings turn
+/// more than once in a piece, and would gain from a mean that goes the other way. Synchronizes.
+void slow_nodes(SoftBody& body, ExecContext& ctx, std::span<const Vec3d> mean_m_s) {
   std::vector<Vec3f> v_m_s = body.velocities_m_s(ctx);
-  for (std::size_t i = 0; i < v_m_s.size(); ++i) v_m_s[i] -= vec_cast<float>(by_m_s[i]);
+  for (std::size_t i = 0; i < v_m_s.size(); ++i) {
+    const double along = dot(vec_cast<double>(v_m_s[i]), mean_m_s[i]), all = dot(mean_m_s[i], mean_m_s[i]);
+    if (along > 0) v_m_s[i] -= vec_cast<float>(std::min(along / all, 1.0) * mean_m_s[i]);
+  }
   body.set_nodes(body.positions_m(ctx), v_m_s);
 }
 
