@@ -99,7 +99,7 @@ TEST_F(Interrupt, SecondSignalEndsWithinAFrameAndLeavesNoPart) {
   for (const int again : {SIGINT, SIGTERM}) {
     const Outcome o = run_and_signal({"run", scene, "--devices", "cpu", "--frames", "2", "--out", path("out"),
                                       "--verbose", "--json", path("run.json")},
-                                     "body 'b': ", SIGINT, again);
+                                     "body 'b': 68921 nodes", SIGINT, again);
     if (o.text.find("OpenGL") != std::string::npos) GTEST_SKIP() << "no pictures here: " << o.text;
     EXPECT_EQ(o.code, -1) << o.text;  // killed by the signal
     EXPECT_NE(o.text.find("interrupted: this frame and the files are finished; once more ends at once"),
@@ -108,6 +108,16 @@ TEST_F(Interrupt, SecondSignalEndsWithinAFrameAndLeavesNoPart) {
     EXPECT_FALSE(fs::exists(path("run.json")));
     expect_no_parts();  // the video had begun
   }
+}
+
+/// coreutils' timeout signals the program, then its process group: one request.
+TEST_F(Interrupt, ASignalThatComesTwiceAtOnceCountsOnce) {
+  const Outcome o = run_and_signal({"reconstruct", "hand", "--moving", "--frames", "0-", "--devices", "cpu",
+                                    "--resolution", "32", "--verbose", "--json", path("r.json")},
+                                   "\n     1 ", SIGTERM, SIGTERM, std::chrono::milliseconds(0));
+  EXPECT_EQ(o.code, 130) << o.text;
+  EXPECT_GE(read_json("r.json")["frames"].size(), 2U);
+  expect_no_parts();
 }
 
 TEST_F(Interrupt, BenchStopsWithinABenchmarkAndKeepsFinishedRows) {

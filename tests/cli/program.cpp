@@ -29,7 +29,7 @@ Outcome run_tactus(const std::string& arguments) {
 }
 
 Outcome run_and_signal(const std::vector<std::string>& arguments, const std::string& started, int signal,
-                       int again) {
+                       int again, std::chrono::milliseconds after) {
   int ends[2];
   if (pipe(ends) != 0) return {-1, "no pipe"};
   const pid_t child = fork();
@@ -60,8 +60,10 @@ Outcome run_and_signal(const std::vector<std::string>& arguments, const std::str
       kill(child, signal);
       sent = true;
     }
-    if (sent && again != 0 && text.find("interrupted: ") != std::string::npos)
+    if (sent && again != 0 && text.find("interrupted: ") != std::string::npos) {
+      std::this_thread::sleep_for(after);
       kill(child, std::exchange(again, 0));
+    }
     if (n < 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   close(ends[0]);

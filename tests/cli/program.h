@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/types.h>
 
+#include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -23,7 +24,7 @@ Outcome run_tactus(const std::string& arguments);
 /// when it has told of that, `again` unless 0.
 /// @returns its exit code (-1: it was killed by the signal) and all that it printed.
 Outcome run_and_signal(const std::vector<std::string>& arguments, const std::string& started, int signal,
-                       int again = 0);
+                       int again = 0, std::chrono::milliseconds after = std::chrono::milliseconds(25));
 
 /// A folder for each test; the test is skipped where the program is not.
 class ProgramTest : public ::testing::Test {

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <exception>
 #include <utility>
 
@@ -17,6 +18,8 @@ namespace tactus {
 namespace {
 
 volatile std::sig_atomic_t interrupt_flag = 0;
+volatile std::sig_atomic_t first_signal = 0;
+timespec first_time;
 
 /// Ends by the signal itself, so a process that waits for the program sees the cause.
 void end_by(int signal) {
@@ -25,10 +28,25 @@ void end_by(int signal) {
   std::raise(signal);
 }
 
+/// coreutils' timeout signals the program, and at once its whole process group: that is one request.
+bool repeats_first(int signal) {
+  constexpr double kAtOnce_s = 0.02;
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  const double since_s = static_cast<double>(now.tv_sec - first_time.tv_sec) +
+                         1e-9 * static_cast<double>(now.tv_nsec - first_time.tv_nsec);
+  return signal == first_signal && since_s < kAtOnce_s;
+}
+
 /// Only calls that POSIX allows in a handler.
 void on_signal(int signal) {
-  if (interrupt_flag != 0) return end_by(signal);
+  if (interrupt_flag != 0) {
+    if (!repeats_first(signal)) end_by(signal);
+    return;
+  }
   interrupt_flag = 1;
+  first_signal = signal;
+  clock_gettime(CLOCK_MONOTONIC, &first_time);
   constexpr char kText[] = "\ninterrupted: this frame and the files are finished; once more ends at once\n";
   // (A terminal that is gone can't be told.)
   if (log_level() != LogLevel::quiet && ::write(STDERR_FILENO, kText, sizeof kText - 1) < 0) return;
