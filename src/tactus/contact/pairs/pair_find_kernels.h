@@ -16,7 +16,6 @@ struct FindPairs {
   PairState state;
   TouchLaw law;
   Index touch_others;
-  TACTUS_HD void load() { law.time.load(); }
   enum class Self : std::uint8_t { sleeps, inside, sought };
   /// A cube that a point may be in.
   struct Candidate {

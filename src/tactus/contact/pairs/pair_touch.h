@@ -12,9 +12,9 @@ struct TouchLaw {
 
 /// Notes the change that a point wants, of velocity and of position, in its PairContact.
 struct PairTouch {
-  PairTable table;
-  PairState state;
-  TouchLaw law;
+  const PairTable& table;
+  const PairState& state;
+  const TouchLaw& law;
 
   /// Returns whether the point is inside with a normal, and it or the touched cube can move. The normal is
   /// that of the distance at rest, taken through the deformation; gap = distance / |its gradient|.
