@@ -176,6 +176,12 @@ TEST_F(Command, MomentsAreOnTheContactSheet) {
   EXPECT_TRUE(has(run_tactus(run + " --moments 2,99").text, "99 never came: the run had 6 frames"));
 }
 
+TEST_F(Command, SaysWhereTheWindowIs) {
+  for (const std::string wrong : {"window", "File", ""})
+    expect_refused("run " + cube_scene() + " --view '" + wrong + "'", 2,
+                   {"--view: '" + wrong + "', expected none or file", "`tactus view SCENE` opens a window"});
+}
+
 TEST_F(Command, ABudgetNeedsItsUnit) {
   expect_refused("run " + cube_scene() + " --view none --budget 11", 2, {"--budget '11'", "needs cameras"});
   const std::string scene =

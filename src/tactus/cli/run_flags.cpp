@@ -231,7 +231,14 @@ void add_run_flags(CLI::App& command, RunOptions& options) {
   command
       .add_option("--view", options.view,
                   "file: video and contact sheet; none: no pictures; a window: tactus view")
-      ->check(CLI::IsMember({"none", "file"}))
+      ->check(CLI::Validator(
+          [](const std::string& view) {
+            if (view == "none" || view == "file") return std::string();
+            return "'" + view +
+                   "', expected none or file; `tactus view SCENE` opens a window, --web shows the run in a "
+                   "browser";
+          },
+          "{none,file}"))
       ->capture_default_str();
 }
 
