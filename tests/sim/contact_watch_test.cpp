@@ -207,6 +207,24 @@ TEST(BodyInABody, IsToldOnce) {
   EXPECT_EQ(reported, 2) << "each in the other: " << codes;
 }
 
+/// A cube that is on one side in a frame, and on the other in the next.
+TEST(BodyInABody, ThroughItWithinAFrameIsToldToo) {
+  for (const double beside_m : {0.0, 0.25}) {
+    Scene scene = small_scene();
+    scene.gravity_m_s2 = {};
+    scene.bodies = {block("large", {0.3, 0.3, 0.3}, {}),
+                    block("small", {0.06, 0.06, 0.06}, {0.4, beside_m, 0})};
+    DeviceSet devices("cpu");
+    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
+    EXPECT_EQ(codes_of(simulation, 3), "");
+    SoftBody& small = *simulation.bodies()[1];
+    std::vector<Vec3f> x_m = small.positions_m(simulation.context());
+    for (Vec3f& x : x_m) x.x -= 0.8F;
+    small.set_nodes(x_m, std::vector<Vec3f>(x_m.size()));
+    EXPECT_EQ(codes_of(simulation, 3).find("body.in_body") != std::string::npos, beside_m == 0);
+  }
+}
+
 struct Fall {
   TissueModel model = TissueModel::flsm;
   double fps = 30, spacing_m = 0.02;

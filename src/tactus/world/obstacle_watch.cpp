@@ -78,8 +78,9 @@ bool ObstacleWatch::meets(const Watched& watched, Vec3d from_m, Vec3d to_m) {
 }
 
 std::string ObstacleWatch::follow(const std::string& body, Vec3d center_m, const Surface& own) {
-  const auto [known, is_new] = center_m_.try_emplace(body, center_m);
-  const Vec3d before_m = std::exchange(known->second, center_m);
+  const auto [known, is_new] = way_.try_emplace(body, Way{center_m, center_m});
+  const Vec3d before_m = known->second.now_m;
+  known->second = {before_m, center_m};
   if (is_new) return "";
   for (const Watched& watched : watched_) {
     bool& reported = reported_[{body, watched.obstacle.name}];
@@ -89,6 +90,28 @@ std::string ObstacleWatch::follow(const std::string& body, Vec3d center_m, const
            "' or went through it" + place_text(center_m);
   }
   return "";
+}
+
+std::string ObstacleWatch::find_through(const std::string& body, const std::string& other,
+                                        const Box3f& bounds, const Surface& there) {
+  const auto of = way_.find(body), past = way_.find(other);
+  if (of == way_.end() || past == way_.end()) return "";
+  const Vec3d from_m = of->second.before_m + (past->second.now_m - past->second.before_m),
+              to_m = of->second.now_m;
+  const Vec3f extent = bounds.extent();
+  const Vec3d middle_m = 0.5 * vec_cast<double>(bounds.min + bounds.max), from = from_m - middle_m,
+              to = to_m - middle_m;
+  const bool within = meets_box(from, from, 0.5F * extent) || meets_box(to, to, 0.5F * extent);
+  if (within || !meets_box(from, to, 0.25F * extent)) return "";
+  bool& reported = reported_[{body, "body '" + other + "'"}];
+  if (reported) return "";
+  const TriangleMesh mesh = there();
+  if (!std::any_of(mesh.triangles.begin(), mesh.triangles.end(),
+                   [&](const std::array<Index, 3>& t) { return enters(mesh, t, from_m, to_m); }))
+    return "";
+  reported = true;
+  return "the centre of body '" + body + "' went through body '" + other + "' within a frame" +
+         place_text(to_m);
 }
 
 std::string ObstacleWatch::find_in(const std::string& body, Vec3d center_m, const Surface& own,

@@ -28,8 +28,15 @@ class ObstacleWatch {
   /// Likewise, whether it is inside of something that moves, whose surface is `there`.
   std::string find_in(const std::string& body, Vec3d center_m, const Surface& own, const std::string& what,
                       const Surface& there);
+  /// Once a frame, where all were followed: whether it went through another body since the frame before.
+  /// Corners of that body's box don't count, nor ways that begin or end in it.
+  std::string find_through(const std::string& body, const std::string& other, const Box3f& bounds,
+                           const Surface& there);
 
  private:
+  struct Way {
+    Vec3d before_m, now_m;  ///< in the last two frames
+  };
   struct Watched {
     ObstacleDescription obstacle;
     Box3f bounds;  ///< of a mesh, in its own coordinates
@@ -37,7 +44,7 @@ class ObstacleWatch {
   static bool meets(const Watched& watched, Vec3d from_m, Vec3d to_m);
 
   std::vector<Watched> watched_;
-  std::map<std::string, Vec3d> center_m_;  ///< by body, in the frame before
+  std::map<std::string, Way> way_;  ///< of centres, by body
   std::map<std::pair<std::string, std::string>, bool> reported_;
 };
 

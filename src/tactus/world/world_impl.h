@@ -135,6 +135,7 @@ struct World::Impl {
   std::string gained_energy();
   ObstacleWatch::Surface surface_of(const SoftBody& body) const;
   std::string inside_a_body(std::size_t body);
+  std::string through_a_body(std::size_t body);
   std::string inside_the_surface(std::size_t body);
   void watch_bodies(StepReport& report);
   void report_fast_components(const RealSurfaceReport& surface, StepReport& report) const;

@@ -123,6 +123,22 @@ std::string World::Impl::inside_a_body(std::size_t body) {
   return "";
 }
 
+/// A body so fast that no frame shows it inside of another.
+std::string World::Impl::through_a_body(std::size_t body) {
+  const SoftBody& of = *bodies_[body];
+  if (!scene_.contact.bodies || !of.description().contact || of.status().is_frozen) return "";
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const SoftBody& other = *bodies_[b];
+    const RigidMotion& there = other.status().motion;
+    if (b == body || !other.description().contact || !(there.mass_kg > 0)) continue;
+    std::string text = obstacle_watch_.find_through(
+        of.name(), other.name(), {vec_cast<float>(there.low_m), vec_cast<float>(there.high_m)},
+        surface_of(other));
+    if (!text.empty()) return text;
+  }
+  return "";
+}
+
 /// A body that jumped in has no point near the surface: nothing tells contact of it.
 std::string World::Impl::inside_the_surface(std::size_t body) {
   if (!has_surface_) return "";
@@ -155,6 +171,8 @@ void World::Impl::watch_bodies(StepReport& report) {
     warn("body.in_body", inside_a_body(b), ObstacleWatch::kRemedy);
     warn("body.in_surface", inside_the_surface(b), ObstacleWatch::kRemedy);
   }
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    warn("body.in_body", through_a_body(b), ObstacleWatch::kRemedy);
   ++frames_watched_;
   warn("body.gains_energy", gained_energy(), EnergyWatch::kRemedy);
 }
