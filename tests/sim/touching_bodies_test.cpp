@@ -197,6 +197,40 @@ TEST(TouchingBodies, SubstepsThatCorrectionsDontDivideAreNamed) {
 }
 
 /// What overlaps at the start is pressed apart, and nothing blows up.
+/// Two cubes come to rest, one on the other, before the first frame: no notice says otherwise, and the lower
+/// one bears what the upper one weighs, 9.81 N, which it gets from the box below with its own weight. The
+/// force that settling leaves is 1e-3 of the loads, and contact adds some points' rattle: 1 %.
+TEST(TouchingBodies, TwoSettleOneOnTheOther) {
+  const Scene scene = parse_scene(R"(
+source: {kind: none}
+frame: {start: settled}
+bodies:
+  - name: lower
+    shape: {kind: box, size_m: [0.1, 0.1, 0.1]}
+    placement: {position_m: [0, 0.05, 0]}
+    spacing_m: 0.02
+    material: {model: tled, young_modulus_pa: 100000}
+  - name: upper
+    shape: {kind: box, size_m: [0.1, 0.1, 0.1]}
+    placement: {position_m: [0, 0.15, 0]}
+    spacing_m: 0.02
+    material: {model: tled, young_modulus_pa: 100000}
+obstacles:
+  - {name: floor, kind: box, size_m: [2, 0.2, 2], placement: {position_m: [0, -0.1, 0]}}
+)",
+                                  "scenes/x.yaml");
+  DeviceSet devices("cpu");
+  test::FilmedWorld simulation(devices, scene, {}, {});
+  StepReport report;
+  for (int k = 0; k < 3; ++k) {
+    report = simulation.step(nullptr, k == 0 ? 0 : 1.0 / 30);
+    for (const Notice& n : report.notices) ADD_FAILURE() << "frame " << k << ": " << n.message();
+  }
+  const BodyContact* upper = find(report, "upper", "lower");
+  ASSERT_NE(upper, nullptr);
+  EXPECT_NEAR(double{-upper->reaction.force_N.y}, 9.81, 0.01 * 9.81);
+}
+
 TEST(TouchingBodies, WhatOverlapsComesApart) {
   Scene scene = stack_scene();
   scene.bodies.resize(2);

@@ -34,6 +34,9 @@ double rounding_N(const SoftBody& body) {
 
 /// A quarter of a swing takes at least and at most so many pieces.
 constexpr int kFewPieces = 6, kManyPieces = 24;
+/// Bodies that touch one another rattle by a rounding from substep to substep: the force of one alone never
+/// falls below 0.1 of the loads.
+constexpr int kSubstepsOfRattle = 8;
 
 /// How the nodes of a body moved in a piece that began at before_m, in the mean.
 std::vector<Vec3d> mean_velocities_m_s(const std::vector<Vec3f>& before_m, const std::vector<Vec3f>& now_m,
@@ -180,7 +183,9 @@ void World::Impl::settle(StepReport& report) {
   std::vector<Settling> all;
   for (const auto& body : bodies_) all.emplace_back(*body, ctx);
   const int most = kMostFrames * substeps_for(scene_.frame.dt_s.value_or(1.0 / 30), 0);
-  const int least = schedule_.unit();
+  const int unit = schedule_.unit(), least = scene_.contact.bodies && bodies_.size() > 1
+                                                 ? unit * ((kSubstepsOfRattle + unit - 1) / unit)
+                                                 : unit;
   int piece = least;
   while (report.settling_substeps < most &&
          !std::all_of(all.begin(), all.end(), std::mem_fn(&Settling::is_done))) {
