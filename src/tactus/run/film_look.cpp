@@ -83,9 +83,9 @@ class FilmField {
 };
 
 /// Points by cubic cells as wide as a reach.
-class PointCells {
+class ParticleCells {
  public:
-  PointCells(std::span<const Vec3f> points_m, float reach_m) : points_m_(points_m), reach_m_(reach_m) {
+  ParticleCells(std::span<const Vec3f> points_m, float reach_m) : points_m_(points_m), reach_m_(reach_m) {
     for (std::size_t k = 0; k < points_m.size(); ++k) {
       if (!(length(points_m[k]) < 1e6F)) continue;
       const Cell cell = cell_of(points_m[k]);
@@ -138,7 +138,7 @@ class PointCells {
 bool wet_under(const TriangleMesh& surface, std::span<const Vec3f> particles_m, float spacing_m,
                std::vector<float>& film_m) {
   constexpr float kUnder_m = 3e-4F;  // as a film that runs off leaves it
-  const PointCells near(particles_m, spacing_m);
+  const ParticleCells near(particles_m, spacing_m);
   bool any = false;
   for (std::size_t v = 0; v < surface.positions_m.size(); ++v) {
     if (!near.any_near(surface.positions_m[v])) continue;

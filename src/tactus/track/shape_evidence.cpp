@@ -8,9 +8,9 @@
 namespace tactus {
 namespace {
 
-constexpr double kEvidenceMemory = 0.9;  // from frame to frame
-constexpr std::size_t kLeastPoints = 3;  // of a view, at a place
-constexpr double kLeastViews = 2.5;      // at a place: fewer tell no mean from noise
+constexpr double kEvidenceMemory = 0.9;   // from frame to frame
+constexpr std::size_t kLeastOfPlace = 3;  // of a view, at a place
+constexpr double kLeastViews = 2.5;       // at a place: fewer tell no mean from noise
 constexpr double kNearEnd = 0.15;  // of the length: an edge that comes so near to an end has its tip there
 constexpr double kMostOff_px = 4;
 
@@ -74,7 +74,7 @@ void ShapeEvidence::add(std::size_t number, const Camera& camera, const Rigidd& 
   }
   for (std::size_t k = 0; k < places_.size(); ++k) {
     std::vector<double>& offs = offs_px_[k];
-    if (offs.size() < kLeastPoints) continue;
+    if (offs.size() < kLeastOfPlace) continue;
     const auto middle = offs.begin() + static_cast<std::ptrdiff_t>(offs.size() / 2);
     std::nth_element(offs.begin(), middle, offs.end());
     const auto weight = static_cast<double>(offs.size());

@@ -13,7 +13,7 @@ namespace {
 
 constexpr Index kPatchEdge = 4;  ///< in cubes
 
-Index size_of(const auto& v) { return static_cast<Index>(v.size()); }
+Index size_in(const auto& v) { return static_cast<Index>(v.size()); }
 
 bool is_capacity(const EmbeddedPoint& p) { return p.weight[0] == 0; }
 
@@ -37,17 +37,17 @@ PairModel::Key PairModel::key_of(Vec3f p) {
 }
 
 void PairModel::add(const PairedBody& b) {
-  const auto body = size_of(bodies);
+  const auto body = size_in(bodies);
   PairBody& out = bodies.emplace_back();
   host_.emplace_back().cuttable = b.cuttable;
   host_.back().walls_touch = b.walls_touch;
   out.nodes = b.nodes;
   out.spacing_m = b.lattice.spacing_m;
   out.self = b.touches_itself ? SelfTouch::all : SelfTouch::none;
-  out.first_patch = size_of(patches);
-  out.first_point = size_of(points);
-  out.first_group = size_of(groups);
-  const Index first_cube = size_of(cubes);
+  out.first_patch = size_in(patches);
+  out.first_point = size_in(points);
+  out.first_group = size_in(groups);
+  const Index first_cube = size_in(cubes);
   if (b.cuttable) {
     host_.back().place_of_cube.assign(b.lattice.cubes.size(), -1);
     host_.back().place_of_point.assign(b.points.size(), -1);
@@ -62,10 +62,10 @@ void PairModel::add(const PairedBody& b) {
   for (std::size_t p = 0; p < b.points.size(); ++p)
     if (!is_capacity(b.points[p])) of_key[key_of(rest_of(b.lattice, b.points[p]))].points.push_back(p);
   for (const auto& [key, patch] : of_key) add_patch(b, body, solid, patch, key);
-  bodies[at(body)].end_patch = size_of(patches);
+  bodies[at(body)].end_patch = size_in(patches);
   if (b.cuttable) add_capacity(b, body);
-  bodies[at(body)].end_point = size_of(points);
-  bodies[at(body)].end_group = size_of(groups);
+  bodies[at(body)].end_point = size_in(points);
+  bodies[at(body)].end_group = size_in(groups);
   add_rows(b, body, first_cube);
   for (const float m : b.lattice.node_mass_kg)
     if (m > 0) smallest_mass_kg = std::min(smallest_mass_kg, m);
@@ -75,13 +75,13 @@ void PairModel::add_patch(const PairedBody& b, Index body, const RestSolid& soli
                           const Key& key) {
   std::set<Index> of_patch;
   Body& host = host_[at(body)];
-  const Index number = size_of(patches);
+  const Index number = size_in(patches);
   host.patch_of[key] = number;
   patches.push_back({body});
   std::vector<Index>& list = patch_cubes.emplace_back();
   for (const std::size_t c : patch.cubes) {
-    list.push_back(size_of(cubes));
-    if (host.cuttable) host.place_of_cube[at(solid.cubes[c])] = size_of(cubes);
+    list.push_back(size_in(cubes));
+    if (host.cuttable) host.place_of_cube[at(solid.cubes[c])] = size_in(cubes);
     SolidCube& cube = cubes.emplace_back();
     const auto& corners = b.lattice.cube_nodes[at(solid.cubes[c])];
     cube.body = body;
@@ -92,10 +92,10 @@ void PairModel::add_patch(const PairedBody& b, Index body, const RestSolid& soli
     samples.insert(samples.end(), first, first + CubeSamples::kCount);
   }
   for (std::size_t k = 0; k < patch.points.size(); ++k) {
-    if (k % kGroupPoints == 0) groups.push_back({body, number, size_of(points), 0});
+    if (k % kGroupPoints == 0) groups.push_back({body, number, size_in(points), 0});
     ++groups.back().count;
     const EmbeddedPoint& p = b.points[patch.points[k]];
-    if (host.cuttable) host.place_of_point[patch.points[k]] = size_of(points);
+    if (host.cuttable) host.place_of_point[patch.points[k]] = size_in(points);
     points.push_back(p);
     rest.push_back({.p = rest_of(b.lattice, p), .wall = {}});
     for (int n = 0; n < 8; ++n) {
@@ -111,20 +111,20 @@ void PairModel::add_capacity(const PairedBody& b, Index body) {
   Index cubes_known = 0, points_known = 0;
   for (const Index place : host.place_of_cube) cubes_known += place >= 0 ? 1 : 0;
   for (const Index place : host.place_of_point) points_known += place >= 0 ? 1 : 0;
-  host.next_cube = size_of(cubes);
+  host.next_cube = size_in(cubes);
   host.end_cube = host.next_cube + b.lattice.cube_count() - cubes_known;
   SolidCube capacity;
   capacity.body = body;
   cubes.resize(at(host.end_cube), capacity);
   samples.resize(at(host.end_cube) * CubeSamples::kCount);
   const PairBody& out = bodies[at(body)];
-  const Index place_count = size_of(host.place_of_point) - points_known;
-  host.next_group = size_of(groups);
+  const Index place_count = size_in(host.place_of_point) - points_known;
+  host.next_group = size_in(groups);
   if (place_count > 0)
     for (Index g = 0; g < place_count / kGroupPoints + 1 + out.end_patch - out.first_patch; ++g)
-      groups.push_back({body, out.first_patch, size_of(points) + g * kGroupPoints, 0});
-  host.end_group = size_of(groups);
-  const auto count = at(size_of(points) + (host.end_group - host.next_group) * kGroupPoints);
+      groups.push_back({body, out.first_patch, size_in(points) + g * kGroupPoints, 0});
+  host.end_group = size_in(groups);
+  const auto count = at(size_in(points) + (host.end_group - host.next_group) * kGroupPoints);
   points.resize(count);
   rest.resize(count);
 }
@@ -134,25 +134,25 @@ void PairModel::add_rows(const PairedBody& b, Index body, Index first_cube) {
   const auto count = b.lattice.nodes.size();
   std::vector<std::vector<Index>> of_points(count), of_cubes(count);
   const Index first_point = bodies[at(body)].first_point;
-  for (Index p = first_point; p < size_of(points); ++p) {
+  for (Index p = first_point; p < size_in(points); ++p) {
     for (int k = 0; k < 8; ++k) {
       if (points[at(p)].weight[k] != 0) of_points[at(points[at(p)].node[k])].push_back(8 * p + k);
     }
   }
-  const Index end_cube = b.cuttable ? host_[at(body)].next_cube : size_of(cubes);
+  const Index end_cube = b.cuttable ? host_[at(body)].next_cube : size_in(cubes);
   for (Index c = first_cube; c < end_cube; ++c) {
     for (int k = 0; k < 8; ++k) of_cubes[at(cubes[at(c)].node[k])].push_back(8 * c + k);
   }
   std::vector<Index> row(count);
   for (std::size_t n = 0; n < count; ++n) {
     if (!b.cuttable && of_points[n].empty() && of_cubes[n].empty()) continue;
-    row[n] = size_of(nodes);
+    row[n] = size_in(nodes);
     nodes.push_back({body, static_cast<Index>(n)});
     part.push_back(0);
     row_points.push_back(std::move(of_points[n]));
     row_cubes.push_back(std::move(of_cubes[n]));
   }
-  for (Index p = first_point; p < size_of(points); ++p) {
+  for (Index p = first_point; p < size_in(points); ++p) {
     for (const Index node : points[at(p)].node) rows.push_back(row[at(node)]);
   }
   for (Index c = first_cube; c < end_cube; ++c) {
@@ -187,12 +187,12 @@ void PairModel::count_parts(Index body) {
   for (const Index place : host_[at(body)].place_of_cube)
     if (place >= 0) parts.push_back(part[at(cubes[at(place)].row[0])]);
   sort_once(parts);
-  bodies[at(body)].parts = size_of(parts);
+  bodies[at(body)].parts = size_in(parts);
 }
 
 Index PairModel::row_of(Index body, Index node) const {
   const auto& rows_of = host_[at(body)].row_of;
-  if (node < 0 || node >= size_of(rows_of))
+  if (node < 0 || node >= size_in(rows_of))
     throw Error("contact: a cut names node " + std::to_string(node) + ", the body has " +
                 std::to_string(rows_of.size()));
   return rows_of[at(node)];

@@ -108,17 +108,17 @@ std::vector<Plane> pyramid(const Camera& camera, const PixelRect& rect) {
   return planes;
 }
 
-constexpr int kSamples = 48;
+constexpr int kConeSamples = 48;
 constexpr float kMarginSamples = 2;
 
 /// Bounds of the samples of the box that no mask carves; none when all are carved.
 std::optional<Box3f> carve(const Box3f& box, std::span<const Camera> cameras,
                            std::span<const BitMask* const> masks) {
-  const Vec3f step = 1.F / kSamples * box.extent();
+  const Vec3f step = 1.F / kConeSamples * box.extent();
   Box3f kept{box.max, box.min};
   bool any = false;
-  for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
-    const Vec3i at{k % kSamples, k / kSamples % kSamples, k / (kSamples * kSamples)};
+  for (int k = 0; k < kConeSamples * kConeSamples * kConeSamples; ++k) {
+    const Vec3i at{k % kConeSamples, k / kConeSamples % kConeSamples, k / (kConeSamples * kConeSamples)};
     const Vec3f p = box.min + Vec3f{(static_cast<float>(at.x) + 0.5F) * step.x,
                                     (static_cast<float>(at.y) + 0.5F) * step.y,
                                     (static_cast<float>(at.z) + 0.5F) * step.z};
