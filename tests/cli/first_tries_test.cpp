@@ -167,7 +167,7 @@ TEST_F(FirstTries, WordsThatDoNothingAreRefused) {
   const std::string scene = write("s.yaml", "source: {kind: none}\n");
   expect_refused("run " + scene + " day", 2,
                  {"'day' is a word too many for 'tactus run'", "stand in quotes", "`tactus run --help`"});
-  expect_refused("run " + scene + " --view window", 2, {"--view: window"});
+  expect_refused("run " + scene + " --view window", 2, {"--view: 'window'"});
   expect_refused("run " + scene + " --json", 2, {"--json: "});
   expect_refused("run " + scene + " --frames 9999999999", 2, {"--frames: '9999999999'", "1 to 999999999"});
   expect_refused("run " + scene + " --json - --report -", 2, {"is given for two outputs"});
