@@ -12,6 +12,7 @@
 #include "tactus/run/scene_view.h"
 #include "tactus/run/wall_look.h"
 #include "tactus/view/image_files.h"
+#include "tactus/view/liquid_balls.h"
 #include "tactus/view/renderer.h"
 #include "tactus/world/world.h"
 
@@ -152,6 +153,32 @@ TEST(FilmLook, WhatIsDryStaysAsItIs) {
   for (const float edge_m : plate.film.edge_m) EXPECT_LT(edge_m, 0);
 }
 
+/// Particles in y = half a spacing and above, on a plate whose film ends at x = 0.
+std::vector<LiquidBall> balls_on_plate(std::vector<Vec3f> particles, float spacing_m) {
+  WetPlate plate([](Vec3f) { return true; });
+  for (const Vec3f p : plate.mesh.positions_m) plate.film.edge_m.push_back(p.x);
+  ViewScene scene;
+  scene.meshes.push_back({.name = "plate", .mesh = std::move(plate.mesh), .film = std::move(plate.film)});
+  ViewLiquid liquid{.positions_m = std::move(particles), .spacing_m = spacing_m};
+  for (Vec3f& p : liquid.positions_m) p = spacing_m * (p + Vec3f{0, 0.5F, 0});
+  return liquid_balls(liquid, scene);
+}
+
+/// One or two particles spread in a film, and lie as caps past its edge; a pool is drawn whole.
+TEST(LiquidBalls, SpreadInAFilm) {
+  constexpr float kSpacing_m = 0.004F;
+  EXPECT_EQ(balls_on_plate({{4, 0, 0}}, kSpacing_m).size(), 0U);
+  EXPECT_EQ(balls_on_plate({{4, 0, 0}, {4.5F, 0.8F, 0}}, kSpacing_m).size(), 0U);
+  const auto dry = balls_on_plate({{-4, 0, 0}}, kSpacing_m);
+  ASSERT_EQ(dry.size(), 1U);
+  EXPECT_LT(dry[0].stretch, 0.7F);
+  std::vector<Vec3f> pool;
+  for (int k = 0; k < 10 * 10 * 4; ++k)
+    pool.push_back(
+        {static_cast<float>(k % 10 + 2), static_cast<float>(k / 100), static_cast<float>(k / 10 % 10)});
+  EXPECT_EQ(balls_on_plate(pool, kSpacing_m).size(), pool.size());
+}
+
 /// Discs in a picture whose radius is from 0.45 to 1 spacing: particles that show as such.
 std::vector<cv::Vec3f> discs(const ColorImage& image, float spacing_px) {
   cv::Mat grey(image.height_px, image.width_px, CV_8U);
@@ -180,9 +207,9 @@ bool is_on_tissue(const ColorImage& image, const cv::Vec3f& circle) {
   return true;
 }
 
-/// The paper's figure 19 from near, all frames since the cut. A drop that hangs at an end of the slit shows
-/// as a disc in 5 of 49; none should. Which frames show one changes with every rounding of contact: so all
-/// are looked at, and a count of rare events with mean 5 is above 9 in 3 cases of 100.
+/// The paper's figure 19 from near, all frames since the cut. A drop on dry tissue shows as a disc in 2 of
+/// 49; none should. Which frames show one changes with every rounding of contact: so all are looked at, and a
+/// count of rare events with mean 2 is above 5 in 2 cases of 100.
 TEST(BloodPicture, HardlyADiscOfAParticlesSizeLiesOnTissue) {
   if (const std::string why = Renderer::why_unavailable(); !why.empty()) GTEST_SKIP() << why;
   Scene scene = read_scene(TACTUS_SOURCE_DIR "/scenes/fig19-bleeding.yaml");
@@ -217,7 +244,7 @@ TEST(BloodPicture, HardlyADiscOfAParticlesSizeLiesOnTissue) {
                   double{circle[2]});
     }
   }
-  EXPECT_LE(found, 9);
+  EXPECT_LE(found, 5);
 }
 
 /// What is counted is there to be found: bright discs of that size, painted on red.

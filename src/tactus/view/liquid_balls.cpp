@@ -13,10 +13,12 @@ constexpr float kLoneRadius = 0.62F;  // a ball of the particle's volume
 constexpr float kCrowd = 12;  // neighbours, the nearer the more, of a particle in a crowd: 17 lie on a plane
 constexpr float kNeighbour = 2;  // reach, in spacings
 constexpr float kChain = 6;      // how far particles of a thin jet hang together, in spacings
+constexpr float kNoEdge_m = 1;   // of a film that is everywhere
 
 /// The vertices of wet surfaces near the particles.
 struct WetSurface {
   std::vector<Vec3f> points_m, normals;
+  std::vector<float> edge_m;  ///< how far the film's edge is, < 0 past it
 };
 
 WetSurface wet_surface(const ViewScene& scene, const Box3f& box) {
@@ -29,6 +31,7 @@ WetSurface wet_surface(const ViewScene& scene, const Box3f& box) {
       if (max(out.x, max(out.y, out.z)) > 0) continue;
       wet.points_m.push_back(p);
       wet.normals.push_back(view.R_world_mesh * view.mesh.normals[v]);
+      wet.edge_m.push_back(view.film->edge_m.empty() ? kNoEdge_m : view.film->edge_m[v]);
     }
   }
   return wet;
@@ -39,18 +42,33 @@ float smooth_step(float low, float high, float v) {
   return t * t * (3 - 2 * t);
 }
 
-/// A cap: with a contact angle of 40 degrees it would be 1.19 spacings wide and 0.43 high.
-void lie_down(LiquidBall& ball, Vec3f on_m, Vec3f normal, float spacing_m) {
+/// What a particle lies on, and among.
+struct Ground {
+  Vec3f on_m{}, normal{};
+  float edge_m = 0;   ///< as WetSurface's
+  float above = 0;    ///< so many particles lie on it
+  float crowded = 0;  ///< 1: in a crowd
+};
+
+/// A cap: with a contact angle of 40 degrees it would be 1.19 spacings wide and 0.43 high. In a film it
+/// spreads until it is none, and a few that hang together do so with it; a pool doesn't.
+/// @returns whether anything of it is left
+bool lie_down(LiquidBall& ball, const Ground& ground, float spacing_m) {
   constexpr float kWide = 1.15F, kHigh = 0.6F, kSunk = 0.1F;
-  const float high_m = dot(ball.center_m - on_m, normal);
-  const float lies = 1 - smooth_step(0.6F * spacing_m, 1.2F * spacing_m, high_m);
-  if (lies <= 0) return;
-  ball.axis = normal;
+  const float high = dot(ball.center_m - ground.on_m, ground.normal) / spacing_m;
+  const float spread = smooth_step(0, spacing_m, ground.edge_m) * (1 - smooth_step(1.5F, 4, ground.above)) *
+                       (1 - smooth_step(0.6F, 1.2F, high + ground.crowded - 1));
+  if (spread > 0.9F) return false;
+  const float lies = max(1 - smooth_step(0.6F, 1.2F, high), spread);
+  if (lies <= 0) return true;
+  ball.axis = ground.normal;
   ball.stretch = 1;
-  ball.center_m = ball.center_m - (lies * (high_m + kSunk * spacing_m)) * normal;
-  const float radius_m = spacing_m * std::cbrt(kWide * kWide * kHigh);
+  ball.center_m = ball.center_m - (lies * (high + kSunk) * spacing_m) * ground.normal;
+  const float left_high = kHigh * (1 - spread);
+  const float radius_m = spacing_m * std::cbrt(kWide * kWide * left_high);
   ball.radius_m += lies * (radius_m - ball.radius_m);
-  ball.stretch += lies * (kHigh * spacing_m / radius_m - 1);
+  ball.stretch += lies * (left_high * spacing_m / radius_m - 1);
+  return true;
 }
 
 /// Whither a particle's surroundings extend.
@@ -157,8 +175,16 @@ std::vector<LiquidBall> liquid_balls(const ViewLiquid& liquid, const ViewScene& 
       const Vec3f off = ball.center_m - wet.points_m[v];
       if (dot(off, off) < nearest) nearest = dot(off, off), found = v;
     });
-    if (found < wet.points_m.size()) lie_down(ball, wet.points_m[found], wet.normals[found], spacing_m);
+    if (found == wet.points_m.size()) continue;
+    Ground ground{wet.points_m[found], wet.normals[found], wet.edge_m[found], 0, crowded};
+    particles.around(x_m[i], [&](std::size_t j) {
+      const Vec3f to = x_m[j] - x_m[i];
+      if (dot(to, to) < reach_m * reach_m)
+        ground.above += smooth_step(0.5F * spacing_m, 0.8F * spacing_m, dot(to, ground.normal));
+    });
+    if (!lie_down(ball, ground, spacing_m)) ball.radius_m = 0;
   }
+  std::erase_if(balls, [](const LiquidBall& ball) { return !(ball.radius_m > 0); });
   return balls;
 }
 
