@@ -6,6 +6,7 @@
 
 #include "tactus/base/error.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
+#include "tactus/tissue/flsm/near_kernels.h"
 
 namespace tactus {
 namespace {
@@ -64,14 +65,15 @@ Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& r, c
   goal_y_blocks_ = to_device(ctx, r.goal_y_blocks);
   const std::int64_t cells = grid_.cells;
   loaded_ = zeros<double>(ctx, 3 * cells);
-  sums_x_ = zeros<double>(ctx, 6 * cells);
-  sums_y_ = zeros<double>(ctx, 9 * cells);
   sums_z_ = zeros<double>(ctx, 12 * cells);
   translation_ = zeros<double>(ctx, 3 * cells);
-  goals_z_ = zeros<double>(ctx, 3 * cells);
-  goals_y_ = zeros<double>(ctx, 3 * cells);
   goal_sum_ = zeros<double>(ctx, 3 * cells);
   rotation_ = zeros<float>(ctx, 9 * cells);
+  if (material.half_width == 1) return;  // no sums in between
+  sums_x_ = zeros<double>(ctx, 6 * cells);
+  sums_y_ = zeros<double>(ctx, 9 * cells);
+  goals_z_ = zeros<double>(ctx, 3 * cells);
+  goals_y_ = zeros<double>(ctx, 3 * cells);
   turns_z_ = zeros<float>(ctx, 6 * cells);
   turns_y_ = zeros<float>(ctx, 3 * cells);
 }
@@ -93,7 +95,7 @@ int Flsm::substeps_for(float dt_frame_s) const {
   return std::max(1, static_cast<int>(std::ceil(omega_ * dt_frame_s)));
 }
 
-void Flsm::sum_over_regions(ExecContext& ctx) {
+void Flsm::slide_sums(ExecContext& ctx) {
   const Index n = grid_.cells;
   const int w = material_.half_width;
   ctx.parallel_for("flsm/sum_x", 3 * x_rows_.size(),
@@ -104,12 +106,21 @@ void Flsm::sum_over_regions(ExecContext& ctx) {
   ctx.parallel_for(
       "flsm/sum_z", 9 * z_blocks_.size(),
       flsm::SlideSums{z_blocks_.const_view(), sums_y_.const_view(), sums_z_.view(), n, grid_.stride_z, w, 9});
-  ctx.parallel_for("flsm/correct_sums", 3 * exceptions_.size(),
-                   flsm::CorrectSums{exceptions_.const_view(), offsets_.const_view(), loaded_.const_view(),
-                                     sums_z_.view(), n, grid_.stride_y, grid_.stride_z});
 }
 
-void Flsm::sum_goals(ExecContext& ctx) {
+void Flsm::sum_over_regions(ExecContext& ctx) {
+  if (material_.half_width == 1)
+    ctx.parallel_for("flsm/sum", 3 * node_rows_.size(),
+                     flsm::NearSums{node_rows_.const_view(), loaded_.const_view(), sums_z_.view(),
+                                    grid_.cells, grid_.stride_y, grid_.stride_z});
+  else
+    slide_sums(ctx);
+  ctx.parallel_for("flsm/correct_sums", 3 * exceptions_.size(),
+                   flsm::CorrectSums{exceptions_.const_view(), offsets_.const_view(), loaded_.const_view(),
+                                     sums_z_.view(), grid_.cells, grid_.stride_y, grid_.stride_z});
+}
+
+void Flsm::slide_goals(ExecContext& ctx) {
   const Index n = grid_.cells;
   const int w = material_.half_width;
   ctx.parallel_for(
@@ -122,10 +133,20 @@ void Flsm::sum_goals(ExecContext& ctx) {
   ctx.parallel_for("flsm/goal_x", 3 * node_rows_.size(),
                    flsm::RowGoals{node_rows_.const_view(), goals_y_.const_view(), turns_y_.const_view(),
                                   goal_sum_.view(), n, w});
-  ctx.parallel_for(
-      "flsm/correct_goals", 3 * exceptions_.size(),
-      flsm::CorrectGoals{exceptions_.const_view(), offsets_.const_view(), translation_.const_view(),
-                         rotation_.const_view(), goal_sum_.view(), n, grid_.stride_y, grid_.stride_z});
+}
+
+void Flsm::sum_goals(ExecContext& ctx) {
+  if (material_.half_width == 1)
+    ctx.parallel_for(
+        "flsm/goal", 3 * node_rows_.size(),
+        flsm::NearGoals{node_rows_.const_view(), translation_.const_view(), rotation_.const_view(),
+                        goal_sum_.view(), grid_.cells, grid_.stride_y, grid_.stride_z});
+  else
+    slide_goals(ctx);
+  ctx.parallel_for("flsm/correct_goals", 3 * exceptions_.size(),
+                   flsm::CorrectGoals{exceptions_.const_view(), offsets_.const_view(),
+                                      translation_.const_view(), rotation_.const_view(), goal_sum_.view(),
+                                      grid_.cells, grid_.stride_y, grid_.stride_z});
 }
 
 void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step,

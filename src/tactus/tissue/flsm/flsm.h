@@ -99,7 +99,9 @@ class Flsm {
 
  private:
   void sum_over_regions(ExecContext& ctx);
+  void slide_sums(ExecContext& ctx);
   void sum_goals(ExecContext& ctx);
+  void slide_goals(ExecContext& ctx);
 
   FlsmMaterial material_;
   float spacing_m_ = 0, omega_ = 0, scale_ = 1;
@@ -116,7 +118,7 @@ class Flsm {
   Buffer<FlsmException> exceptions_;
   Buffer<FlsmOffset> offsets_;
   Buffer<Index> node_rows_, x_rows_, y_blocks_, z_blocks_, goal_z_blocks_, goal_y_blocks_;
-  // work: fields over cells, 0 where nothing writes
+  // work: fields over cells, 0 where nothing writes; sums_z_ and rotation_ hold those that are complete
   Buffer<double> loaded_, sums_x_, sums_y_, sums_z_;
   Buffer<double> translation_, goals_z_, goals_y_, goal_sum_;
   Buffer<float> rotation_, turns_z_, turns_y_;

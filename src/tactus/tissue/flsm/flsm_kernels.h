@@ -18,13 +18,10 @@ namespace tactus::flsm {
 
 inline constexpr int kLanes = FlsmGrid::kLanes;
 
-// Grains below are large: sums along x, y and z share fields, and to take those from one core's cache to
-// another's takes longer than to work a thousand nodes out on one core (kernels of `tactus bench table5
-// --case fig18`).
-
 /// m~ (x + damping_time v): summed over regions. [ours] Goals of the positions a little ahead damp all motion
 /// except rigid motion, as the region damping of Rivers & James 2007 does, at no cost of its own.
 struct LoadNodes {
+  static constexpr Index kGrain = 512;
   View<const Vec3f> x_m, v_m_s;
   View<const Index> node;  ///< of the state, per node here; empty: the same
   View<const double> shared_mass_kg;
@@ -83,7 +80,7 @@ class Passing {
 /// Window sums along x: 3 fields -> S0 (3), S1 (3).
 struct RowSums {
   static constexpr int kThreads = kLanes;
-  static constexpr Index kGrain = 768;
+  static constexpr Index kGrain = 96;
   using Shared = NoShared;
   View<const Index> rows;
   View<const double> in;
@@ -109,7 +106,7 @@ struct RowSums {
 /// Window sums along y or z (`step` cells apart): `fields` -> S0 of all, S1 of the first three.
 struct SlideSums {
   static constexpr int kThreads = kLanes;
-  static constexpr Index kGrain = 512;
+  static constexpr Index kGrain = 64;
   using Shared = NoShared;
   View<const Index> blocks;
   View<const double> in;
@@ -161,6 +158,7 @@ struct SlideSums {
 /// Regions that are not box ∩ body: takes the nodes out of reach off the 12 sums, or sums the reached anew.
 /// Thread: coordinate i % 3 of exception i / 3.
 struct CorrectSums {
+  static constexpr Index kGrain = 256;
   View<const FlsmException> exceptions;
   View<const FlsmOffset> offsets;
   View<const double> in;  ///< m~ x, 3 fields
@@ -189,7 +187,7 @@ struct CorrectSums {
 /// fixed number of steps), and T_r = [R_r | C_r - R_r C0_r] [P 11] with C0_r relative to node r.
 struct FitRegions {
   static constexpr int kThreads = kLanes;
-  static constexpr Index kGrain = 256;
+  static constexpr Index kGrain = 16;
   using Shared = NoShared;
   View<const Index> rows;
   View<const double> sums;          ///< 12 fields
@@ -257,7 +255,7 @@ struct FitRegions {
 /// S1(last column); the other columns are just summed.
 struct SlideGoals {
   static constexpr int kThreads = kLanes;
-  static constexpr Index kGrain = 512;
+  static constexpr Index kGrain = 64;
   using Shared = NoShared;
   View<const Index> blocks;
   View<const double> translation_in;
@@ -325,7 +323,7 @@ struct SlideGoals {
 /// Goals along x, the last step: sum of T_r x0_i over all regions that hold i.
 struct RowGoals {
   static constexpr int kThreads = kLanes;
-  static constexpr Index kGrain = 768;
+  static constexpr Index kGrain = 96;
   using Shared = NoShared;
   View<const Index> rows;
   View<const double> translation_in;
@@ -352,6 +350,7 @@ struct RowGoals {
 /// The goals of nodes whose region is not box ∩ body (reach is symmetric: the same lists).
 /// Thread: coordinate i % 3 of exception i / 3.
 struct CorrectGoals {
+  static constexpr Index kGrain = 256;
   View<const FlsmException> exceptions;
   View<const FlsmOffset> offsets;
   View<const double> translation_m;
