@@ -224,8 +224,9 @@ TEST_F(LiquidPicture, AThinJetIsAThreadAndTwoDropsAreTwo) {
   EXPECT_EQ(runs, 2);
 }
 
-/// A drop that lies on a wet plate is a flat cap: nowhere higher than 0.7 spacings, as a ball would be 1.1.
-TEST_F(LiquidPicture, ADropOnWetTissueIsACap) {
+/// A drop that lies past a film's edge is a flat cap: nowhere higher than 0.7 spacings, as a ball would be
+/// 1.1. In the film it would be part of it (LiquidBalls.SpreadInAFilm).
+TEST_F(LiquidPicture, ADropBesideAFilmIsACap) {
   ViewScene scene{.ground = false};
   ViewMesh plate{.name = "plate", .material = {.color = {0.8F, 0.5F, 0.5F}}};
   plate.film.emplace();
@@ -235,6 +236,7 @@ TEST_F(LiquidPicture, ADropOnWetTissueIsACap) {
     plate.mesh.normals.push_back({0, 1, 0});
     plate.film->film_m.push_back(1e-4F);
     plate.film->stain_m.push_back(0);
+    plate.film->edge_m.push_back(-kSpacing);
   }
   for (int j = 0; j < 40; ++j)
     for (int i = 0; i < 40; ++i) {
