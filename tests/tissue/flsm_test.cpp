@@ -169,6 +169,31 @@ TEST_P(FlsmDevices, RestStaysAtRest) {
   for (std::size_t i = 0; i < x.size(); ++i) EXPECT_LT(length(x[i] - x0[i]), 2e-7F);
 }
 
+/// Only a body that is held everywhere has no goals.
+TEST_P(FlsmDevices, HeldBodiesAreNotMatched) {
+  DeviceSet set(GetParam(), 3);
+  ExecContext& ctx = set.context(0);
+  CubeLattice lattice = ball({});
+  const auto furthest_goal_m = [&] {
+    Flsm flsm(ctx, lattice, {.half_width = 1});
+    BodyState body = rest_state(ctx, lattice);
+    flsm.step(ctx, body, {.dt_s = 1 / flsm.omega_per_s()});
+    const std::vector<Vec3f> x = to_host(ctx, body.x_m.const_view()), x0 = lattice.rest_positions_m();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (lattice.fixed[i] == kAllAxes) {
+        EXPECT_EQ(x[i], x0[i]);
+      }
+    }
+    double most = 0;
+    for (const Vec3d goal : flsm.goals_m(ctx)) most = std::max(most, length(goal));
+    return most;
+  };
+  std::fill(lattice.fixed.begin(), lattice.fixed.end(), HeldAxes{kAllAxes});
+  EXPECT_EQ(furthest_goal_m(), 0);
+  lattice.fixed.back() = HeldAxes{};
+  EXPECT_GT(furthest_goal_m(), double{kH});
+}
+
 TEST_P(FlsmDevices, RigidMotionGivesRigidGoals) {
   DeviceSet set(GetParam(), 3);
   ExecContext& ctx = set.context(0);

@@ -40,6 +40,7 @@ Flsm::Flsm(ExecContext& ctx, const CubeLattice& lattice, const FlsmRegions& r, c
   scale_stiffness(1);
   if (material.damping_time_s > 0)
     material_.damping_ratio = std::clamp(0.5F * material.damping_time_s * omega_, 0.1F, 0.7F);
+  moves_ = std::any_of(lattice.fixed.begin(), lattice.fixed.end(), [](HeldAxes f) { return f != kAllAxes; });
   cell_ = to_device(ctx, r.cell);
   fixed_ = to_device(ctx, std::vector<Index>(lattice.fixed.begin(), lattice.fixed.end()));
   shared_mass_kg_ = to_device(ctx, r.shared_mass_kg);
@@ -151,6 +152,7 @@ void Flsm::sum_goals(ExecContext& ctx) {
 
 void Flsm::compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step,
                          View<const Index> nodes) {
+  if (!moves_) return;
   ctx.parallel_for(
       "flsm/load", node_count(),
       flsm::LoadNodes{state.x_m.const_view(), state.v_m_s.const_view(), nodes, shared_mass_kg_.const_view(),

@@ -69,7 +69,8 @@ class Flsm {
 
   /// One substep: goals, forces, integration. @throws Error when dt_s or another parameter is out of range.
   void step(ExecContext& ctx, BodyState& state, const FlsmStep& step);
-  /// The first half of a step: goals [P 12], the weighted mean of T_r x0_i [m] over i's regions r.
+  /// The first half of a step: goals [P 12], the weighted mean of T_r x0_i [m] over i's regions r. Where all
+  /// nodes are held, nobody asks for goals, and there are none.
   /// @param nodes where the state has each node; empty: in the lattice's order
   void compute_goals(ExecContext& ctx, const BodyState& state, const FlsmStep& step,
                      View<const Index> nodes = {});
@@ -105,6 +106,7 @@ class Flsm {
 
   FlsmMaterial material_;
   float spacing_m_ = 0, omega_ = 0, scale_ = 1;
+  bool moves_ = false;  ///< whether a node may
   double sigma2_ = 0;
   FlsmGrid grid_;
   // per node
