@@ -8,7 +8,7 @@
 /// enters, one leaves), in chunks of fixed place, so the bits don't depend on the split among threads and
 /// devices; along x, where lanes lie side by side, they are added directly. Sums are double: A_r is right to
 /// float32 round-off wherever in the world the body is (float32 sums lose 17 % of A_r one metre off the
-/// origin).
+/// origin). For w = 1 near_kernels.h takes the place of what slides.
 #include "tactus/frame/frame_params.h"
 #include "tactus/tissue/flsm/flsm_regions.h"
 #include "tactus/tissue/flsm/region_rotation.h"

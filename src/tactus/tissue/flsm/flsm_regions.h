@@ -56,7 +56,7 @@ struct FlsmRegions {
 
   /// First cells of the blocks of work (kLanes along x), ascending. `nodes`: rows that hold nodes;
   /// `row_sums`: rows whose sums along x are needed; chunked in y (`y_*`) or z (`z_*`): in the order x, y, z
-  /// to sum over regions, z, y, x to sum over goals.
+  /// to sum over regions, z, y, x to sum over goals. For half width 1 `node_rows` alone are worked on.
   std::vector<Index> node_rows, x_rows, y_blocks, z_blocks, goal_z_blocks, goal_y_blocks;
 };
 
