@@ -19,14 +19,12 @@ namespace tactus {
 inline constexpr float kJacobiRelaxation = 0.5F;  ///< omega
 
 /// grad W = d slope, for all lanes of a visit alike.
-struct PairSlope {
-  TACTUS_HD static float of(const LiquidConstants& liquid, float r2_m2, bool near) {
-    const float inverse_r = 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(liquid.spacing_m)));
-    const float slope =
-        SmoothingKernel::slope(r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m, inverse_r * liquid.spacing_m);
-    return near ? slope : 0.F;
-  }
-};
+TACTUS_HD inline float pair_slope(const LiquidConstants& liquid, float r2_m2, bool near) {
+  const float inverse_r = 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(liquid.spacing_m)));
+  const float slope =
+      SmoothingKernel::slope(r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m, inverse_r * liquid.spacing_m);
+  return near ? slope : 0.F;
+}
 
 /// Drho/Dt that walls bring to a particle of velocity v that pushes them with k.
 TACTUS_HD inline float wall_rate(const LiquidConstants& liquid, const NearWalls& walls, Index i, Vec3f v,
@@ -96,11 +94,11 @@ struct DfsphDensity {
     own.vx[t] = v.x, own.vy[t] = v.y, own.vz[t] = v.z;
     own.sum[t] = own.x[t] = own.y[t] = own.z[t] = own.square[t] = own.rate[t] = own.apart2[t] = 0;
   }
+  TACTUS_HD float weight(float r2_m2, bool near) const { return pair_slope(liquid, r2_m2, near); }
   template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near, float slope) const {
     const Vec3f v = load_constant(motion, j).v_m_s;
     const float w = SmoothingKernel::shape(tactus::sqrt(r2_m2) * liquid.kernel.inverse_d_1_m);
-    const float slope = PairSlope::of(liquid, r2_m2, near);
     const float x = own.vx[t] - v.x, y = own.vy[t] - v.y, z = own.vz[t] - v.z;
     own.sum[t] += near ? w : 0.F;
     own.x[t] = fma(slope, d.x, own.x[t]);
@@ -233,9 +231,10 @@ struct DfsphVelocity {
     own.push[t] = v_star[i].push;
     own.x[t] = own.y[t] = own.z[t] = 0;
   }
+  TACTUS_HD float weight(float r2_m2, bool near) const { return pair_slope(liquid, r2_m2, near); }
   template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
-    const float along = PairSlope::of(liquid, r2_m2, near) * (own.push[t] + v_star[j].push);
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float, bool, float slope) const {
+    const float along = slope * (own.push[t] + v_star[j].push);
     own.x[t] = fma(along, d.x, own.x[t]);
     own.y[t] = fma(along, d.y, own.y[t]);
     own.z[t] = fma(along, d.z, own.z[t]);
@@ -310,11 +309,12 @@ struct DfsphPressure {
     own.vx[t] = v.x, own.vy[t] = v.y, own.vz[t] = v.z;
     own.sum[t] = 0;
   }
+  TACTUS_HD float weight(float r2_m2, bool near) const { return pair_slope(liquid, r2_m2, near); }
   template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float, bool, float slope) const {
     const LiquidMotion m = load_constant(moved, j);
     const float x = own.vx[t] - m.v_m_s.x, y = own.vy[t] - m.v_m_s.y, z = own.vz[t] - m.v_m_s.z;
-    own.sum[t] = fma(PairSlope::of(liquid, r2_m2, near), fma(x, d.x, fma(y, d.y, z * d.z)), own.sum[t]);
+    own.sum[t] = fma(slope, fma(x, d.x, fma(y, d.y, z * d.z)), own.sum[t]);
   }
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {

@@ -24,6 +24,7 @@ LiquidPart::LiquidPart(Device& device, Index max_particles, Index arrivals, floa
       wall_count(device, max_particles),
       list_count(device, max_particles),
       near(device, NearLists::size(max_particles)),
+      pair_weight(device, device.is_cuda() ? 0 : NearLists::weights(max_particles)),
       x_m(device, id.size()),
       v_m_s(device, id.size()),
       density_kg_m3(device, id.size()),

@@ -19,7 +19,7 @@ struct LiquidPart {
              Index parts);
 
   NearWalls near_walls() { return {wall_count.view(), walls.view()}; }
-  NearLists near_lists() { return {list_count.view(), near.view()}; }
+  NearLists near_lists() { return {list_count.view(), near.view(), pair_weight.view()}; }
   /// Particles that `count` counts.
   Count given() const { return Count(count.const_view(), id.size()); }
   /// (1) Number of the first copy; of one part, empty.
@@ -32,6 +32,7 @@ struct LiquidPart {
   Index number;
   NeighbourSearch search;
   Buffer<Index> count, id, wall_count, list_count, near;
+  Buffer<float> pair_weight;
   Buffer<Vec3f> x_m, v_m_s;
   Buffer<float> density_kg_m3, push;    ///< push: p / rho^2 of the last step; dfsph
   Buffer<float> alpha, found, kappa_v;  ///< dfsph

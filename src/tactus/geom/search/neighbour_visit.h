@@ -8,18 +8,34 @@ namespace tactus {
 /// Neighbours that a visit found, for the visits that follow while nothing moves. On a GPU there is one list
 /// a particle; on a CPU, one for the eight that are visited together. Where a list has no capacity cells are
 /// searched again, so sums don't depend on the capacity.
+///
+/// Visits whose pairs have a weight (VisitNeighbours) share it: on a CPU, the one that writes the lists keeps
+/// those of the first entries, for it takes most of a visit's time; on a GPU, memory would.
 struct NearLists {
   static constexpr Index kCapacity = 64;  ///< a particle
   static constexpr Index kFull = -1;
-  static constexpr Index kRow = 32;  ///< particles whose lists are interwoven on a GPU
-  View<Index> count;                 ///< by slot; on a CPU, of eight at the first's
+  static constexpr Index kRow = 32;      ///< particles whose lists are interwoven on a GPU
+  static constexpr Index kWeights = 24;  ///< a particle; for eight, of so many times eight entries
+  static constexpr Index kMostWeighed = 1 << 16;  ///< particles: 50 MB
+  View<Index> count;                     ///< by slot; on a CPU, of eight at the first's
   View<Index> near;
+  View<float> weight = {};  ///< of the first particles, as far as it goes; may be empty
   TACTUS_HD static Index size(Index particles) { return ceil_div(particles, kRow) * kRow * kCapacity; }
   TACTUS_HD Index& of_one(Index i, Index k) const {
     return near[(i / kRow * kCapacity + k) * kRow + i % kRow];
   }
   TACTUS_HD View<Index> of_eight(Index first) const {
     return near.part(first * kCapacity, kVisitLanes * kCapacity);
+  }
+  static Index weights(Index particles) {
+    return ceil_div(min(particles, kMostWeighed), kVisitLanes) * kVisitLanes * kVisitLanes * kWeights;
+  }
+  /// Entries of eight particles' list whose weights are kept.
+  TACTUS_HD Index weights_of_eight(Index first) const {
+    return (first + kVisitLanes) * (kVisitLanes * kWeights) <= weight.size() ? kVisitLanes * kWeights : 0;
+  }
+  TACTUS_HD float* weight_of_eight(Index first, Index entry) const {
+    return weight.data() + (first * kWeights + entry) * kVisitLanes;
   }
 };
 enum class ListUse : Index { none, write, read };
@@ -38,6 +54,9 @@ enum class ListUse : Index { none, write, read };
 /// With `static constexpr bool kNearOnly = true`, add is called for neighbours in reach alone: for work that
 /// a loop over lanes can't do. With `static constexpr int kAtOnce = 4`, a GPU's thread loads four listed
 /// neighbours at once instead of eight: for work that needs the registers itself.
+///
+/// With `float weight(float r2_m2, bool near) const`, the same for all visits of the same lists, add gets it as
+/// one more argument.
 ///
 /// i and j are slots of the two searches, d = x_j - x_i; a particle is its own neighbour. `add` may be called
 /// for a j out of reach (at a finite distance), and must add exactly nothing then (select a zero: on a CPU,
@@ -71,6 +90,7 @@ struct VisitNeighbours {
   }
 
  private:
+  static constexpr bool kWeighs = requires(const Pair& p) { p.weight(1.F, true); };
   using Own1 = typename Pair::template Own<1>;
   using Own8 = typename Pair::template Own<kThreads>;
   struct Lanes {
@@ -106,7 +126,7 @@ struct VisitNeighbours {
       among.template for_each_candidate<kUse != ListUse::none>(x, [&](Index j) {
         const Vec3f d = load_constant(among.particles, j).x_m - x;
         const float r2 = dot(d, d);
-        if (r2 <= reach_m2) pair.add(own, 0, j, d, r2, true);
+        if (r2 <= reach_m2) add_one(own, 0, j, d, r2, true);
       });
     pair.end(own, 0, i);
   }
@@ -149,14 +169,14 @@ struct VisitNeighbours {
       for (int u = 0; u < kAtOnce; ++u) other[u] = load_constant(among.particles, j[u]);
       for (int u = 0; u < kAtOnce; ++u) {
         const Vec3f d = other[u].x_m - x;
-        pair.add(own, 0, j[u], d, dot(d, d), true);
+        add_one(own, 0, j[u], d, dot(d, d), true);
       }
     }
     TACTUS_ROLLED
     for (; k < listed; ++k) {
       const Index j = lists.of_one(i, k);
       const Vec3f d = load_constant(among.particles, j).x_m - x;
-      pair.add(own, 0, j, d, dot(d, d), true);
+      add_one(own, 0, j, d, dot(d, d), true);
     }
   }
 
@@ -177,7 +197,7 @@ struct VisitNeighbours {
       for (Index k = 0; k < lists.count[first];) {
         const int begin = list[k], end = list[k + 1];
         const Index last = list[k + 2];
-        add_listed(own, begin == 0 && end == lanes ? at : only(at, begin, end), list, k + kHead, last);
+        add_listed(own, begin == 0 && end == lanes ? at : only(at, begin, end), first, k + kHead, last);
         k = last;
       }
     } else {
@@ -188,7 +208,7 @@ struct VisitNeighbours {
         const Index before = listed;
         if constexpr (kUse == ListUse::write) write_row(row, at, lists.of_eight(first), listed);
         if (kUse == ListUse::write && listed != NearLists::kFull)
-          add_listed(own, in_row, lists.of_eight(first), before + kHead, listed);
+          add_listed(own, in_row, first, before + kHead, listed);
         else
           add_runs(own, in_row, row.runs);
         a = row.end;
@@ -271,9 +291,14 @@ struct VisitNeighbours {
       for (Index j = runs.run[r].first; j < runs.run[r].last; ++j) add(own, at, j);
     }
   }
-  TACTUS_HD void add_listed(Own8& own, const Lanes& at, View<const Index> list, Index first,
-                            Index last) const {
-    for (Index k = first; k < last; ++k) add(own, at, list[k]);
+  /// Entries [k, last) of the list of the eight from `first` on.
+  TACTUS_HD void add_listed(Own8& own, const Lanes& at, Index first, Index k, Index last) const {
+    const View<const Index> list = lists.of_eight(first);
+    if constexpr (kWeighs) {
+      for (const Index kept = min(last, lists.weights_of_eight(first)); k < kept; ++k)
+        add_weighed(own, at, list[k], lists.weight_of_eight(first, k));
+    }
+    for (; k < last; ++k) add(own, at, list[k]);
   }
   TACTUS_HD TACTUS_ALWAYS_INLINE void add(Own8& own, const Lanes& at, Index j) const {
     if constexpr (near_only())
@@ -287,7 +312,19 @@ struct VisitNeighbours {
     for (int t = 0; t < kThreads; ++t) {
       const float dx = x.x - at.x[t], dy = x.y - at.y[t], dz = x.z - at.z[t];
       const float r2 = dx * dx + dy * dy + dz * dz;
-      pair.add(own, t, j, {dx, dy, dz}, r2, r2 <= reach_m2);
+      add_one(own, t, j, {dx, dy, dz}, r2, r2 <= reach_m2);
+    }
+  }
+  /// As add_all, with the weights of eight pairs that are kept, or are to be.
+  TACTUS_HD void add_weighed(Own8& own, const Lanes& at, Index j, float* weight) const {
+    const Vec3f x = among.particles[j].x_m;
+#pragma omp simd
+    for (int t = 0; t < kThreads; ++t) {
+      const float dx = x.x - at.x[t], dy = x.y - at.y[t], dz = x.z - at.z[t];
+      const float r2 = dx * dx + dy * dy + dz * dz;
+      const bool near = r2 <= reach_m2;
+      if constexpr (kUse == ListUse::write) weight[t] = pair.weight(r2, near);
+      pair.add(own, t, j, {dx, dy, dz}, r2, near, weight[t]);
     }
   }
   TACTUS_HD void add_near(Own8& own, const Lanes& at, Index j) const {
@@ -301,8 +338,15 @@ struct VisitNeighbours {
     for (; near != 0; near &= near - 1) {
       const int t = std::countr_zero(near);
       const Vec3f d{x.x - at.x[t], x.y - at.y[t], x.z - at.z[t]};
-      pair.add(own, t, j, d, dot(d, d), true);
+      add_one(own, t, j, d, dot(d, d), true);
     }
+  }
+  template <class Own>
+  TACTUS_HD TACTUS_ALWAYS_INLINE void add_one(Own& own, int t, Index j, Vec3f d, float r2, bool near) const {
+    if constexpr (kWeighs)
+      pair.add(own, t, j, d, r2, near, pair.weight(r2, near));
+    else
+      pair.add(own, t, j, d, r2, near);
   }
   static constexpr bool near_only() {
     if constexpr (requires { Pair::kNearOnly; })
