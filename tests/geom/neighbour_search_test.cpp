@@ -64,16 +64,16 @@ Cloud shuffled(const Cloud& cloud, unsigned seed) {
   return other;
 }
 
-/// The order of the visit, from its definition: cells by z, y, x, then ids. Cells as the search's, whose edge
+/// The order of the visit, from its definition: cells by z, y, x, then by x and id. Cells as the search's, whose edge
 /// is 1025/1024 of the reach. @returns numbers in `among`
 std::vector<std::size_t> brute_force(const Cloud& among, Vec3f p) {
   const float inverse = 1.F / ((1.F + 1.F / 1024) * kReach);
-  std::vector<std::pair<std::array<Index, 4>, std::size_t>> near;
+  std::vector<std::pair<std::tuple<Index, Index, Index, float, Index>, std::size_t>> near;
   for (std::size_t j = 0; j < among.x_m.size(); ++j) {
     const Vec3f x = among.x_m[j], d = x - p;
     if (!(dot(d, d) <= kReach * kReach)) continue;
     const auto cell = [&](float v) { return floor_to_int(v * inverse); };
-    near.push_back({{cell(x.z), cell(x.y), cell(x.x), among.id[j]}, j});
+    near.push_back({{cell(x.z), cell(x.y), cell(x.x), x.x, among.id[j]}, j});
   }
   std::sort(near.begin(), near.end());
   std::vector<std::size_t> numbers;

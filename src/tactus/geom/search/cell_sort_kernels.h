@@ -1,6 +1,8 @@
 #pragma once
-/// Counting sort of particles by cells: clear, count, scan, spread, rank. Ranks by id make the result the
-/// same on every device, whatever order atomics come in.
+/// Counting sort of particles by cells: clear, count, scan, spread, rank. Ranks by keys that no two particles
+/// share make the result the same on every device, whatever order atomics come in.
+#include <bit>
+
 #include "tactus/compute/atomic.h"
 #include "tactus/geom/arrays/tile_scan_kernels.h"
 #include "tactus/geom/search/cell_list_kernels.h"
@@ -61,37 +63,60 @@ struct WrappedNumbers {
   }
 };
 
-/// Ids by cells, within a cell in order of arrival.
-struct SpreadIds {
+/// Orders the particles of a cell: by x, then by id. So particles that follow one another are near one another.
+TACTUS_HD inline std::int64_t key_in_cell(float x_m, Index id) {
+  // The bits of floats, as integers, ascend with them; those of negative ones descend.
+  const auto bits = std::bit_cast<std::int32_t>(x_m);
+  const std::int64_t high = bits < 0 ? bits ^ 0x7fffffff : bits;
+  return high * (std::int64_t{1} << 32) + static_cast<std::uint32_t>(id);
+}
+
+/// Keys by cells, within a cell in order of arrival.
+struct SpreadKeys {
   View<const std::uint32_t> cell, arrival;
+  View<const Vec3f> x_m;
   View<const Index> id;  ///< empty: a particle's number
   View<const Index> begin;
-  View<Index> cell_ids;
+  View<std::int64_t> keys;
   TACTUS_HD void operator()(Index i) const {
     if (cell[i] == kNoCell) return;
-    cell_ids[begin[static_cast<Index>(cell[i])] + static_cast<Index>(arrival[i])] = id.empty() ? i : id[i];
+    keys[begin[static_cast<Index>(cell[i])] + static_cast<Index>(arrival[i])] =
+        key_in_cell(x_m[i].x, id.empty() ? i : id[i]);
+  }
+};
+/// Numbers of particles by cells, within a cell in order of arrival.
+struct SpreadNumbers {
+  View<const std::uint32_t> cell, arrival;
+  View<const Index> begin;
+  View<Index> numbers;
+  TACTUS_HD void operator()(Index i) const {
+    if (cell[i] != kNoCell) numbers[begin[static_cast<Index>(cell[i])] + static_cast<Index>(arrival[i])] = i;
   }
 };
 
-/// How many ids are compared at once; so many places follow the last id.
+/// How many keys are compared at once; so many places follow the last key.
 inline constexpr Index kRankLanes = 16;
 
-/// Slots by cells, and in a cell by ids.
+/// Slots by cells, and in a cell by keys.
+template <class Key>
 struct SlotsByRank {
   View<const std::uint32_t> cell, arrival;
-  View<const Index> begin, cell_ids;
-  /// Slot of particle i, which has a cell: after those of its cell with lower ids (of equal ones, in order of
+  View<const Index> begin;
+  View<const Key> keys;
+  /// Slot of particle i, which has a cell: after those of its cell with lower keys (of equal ones, in order of
   /// arrival).
   TACTUS_HD Index slot(Index i, Index number) const {
     const Index first = begin[number], last = begin[number + 1];
-    const Index place = first + static_cast<Index>(arrival[i]), mine = cell_ids[place];
+    const Index place = first + static_cast<Index>(arrival[i]);
+    const Key mine = keys[place];
     Index slot = first;
     for (Index chunk = first; chunk < last; chunk += kRankLanes) {
       Index lower = 0;
 #pragma omp simd reduction(+ : lower)
       for (Index t = 0; t < kRankLanes; ++t) {
-        const Index other = chunk + t, limit = mine + (other < place ? 1 : 0);
-        lower += (other < last ? 1 : 0) & (cell_ids[other] < limit ? 1 : 0);
+        const Index other = chunk + t;
+        const Key limit = mine + (other < place ? 1 : 0);
+        lower += (other < last ? 1 : 0) & (keys[other] < limit ? 1 : 0);
       }
       slot += lower;
     }
@@ -101,7 +126,7 @@ struct SlotsByRank {
 
 /// Particles to their slots.
 struct SortParticles {
-  SlotsByRank slots;
+  SlotsByRank<std::int64_t> slots;
   View<const Vec3f> x_m;
   View<const Index> id;  ///< empty: a particle's number
   View<const Index> placed;
@@ -119,7 +144,7 @@ struct SortParticles {
 /// Numbers of particles to their slots, and the cell of every slot. Those without a position come last, in
 /// order of arrival.
 struct SortNumbers {
-  SlotsByRank slots;
+  SlotsByRank<Index> slots;
   Index cell_count;
   View<std::uint32_t> keys;  ///< by slot
   View<Index> order;

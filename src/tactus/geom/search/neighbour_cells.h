@@ -18,8 +18,8 @@ struct SlotRun {
   Index first = 0, last = 0;
 };
 
-/// Particles sorted by cells; within a cell by id. Particle `slot` of the search was number `order[slot]` of
-/// the particles given to it.
+/// Particles sorted by cells; within a cell by x, then by id. Particle `slot` of the search was number
+/// `order[slot]` of the particles given to it.
 struct NeighbourCells {
   CellHash hash;
   View<const Index> table_size, placed;  ///< (1) each; placed: number of slots in use
@@ -46,7 +46,7 @@ struct NeighbourCells {
     }
   }
   /// f(slot) for all particles in the 27 cells around a point, whatever their distance; none when it is not
-  /// held. Those within reach come in the same order on every device: by cells z, y, x, then by id.
+  /// held. Those within reach come in the same order on every device: by cells z, y, x, then by x and id.
   /// @tparam kSeldom it is hardly ever run: a GPU's code for it is short rather than fast
   template <bool kSeldom = false, class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_candidate(Vec3f p_m, F&& f) const {

@@ -33,7 +33,7 @@ NeighbourSearch::NeighbourSearch(Device& device, const NeighbourSearchOptions& o
       table_size_(device, 1),
       placed_(device, 1),
       groups_(device, 1),
-      cell_ids_(device, options.max_particles + kRankLanes),
+      keys_(device, options.max_particles + kRankLanes),
       order_(device, options.max_particles),
       particles_(device, options.max_particles + kVisitLanes),
       scan_(device, begin_.size() - 1) {}
@@ -55,10 +55,10 @@ void NeighbourSearch::build(ExecContext& ctx, View<const Vec3f> x_m, View<const 
                        {hash_, table_size_.const_view()}, x_m, cell_.view(), arrival_.view(), begin_.view()});
   scan_.run(ctx, "search/scan", Count(table_size_.const_view(), capacity_cells), begin_.view(),
             placed_.view());
-  const SlotsByRank slots{cell_.const_view(), arrival_.const_view(), begin_.const_view(),
-                          cell_ids_.const_view()};
+  const SlotsByRank<std::int64_t> slots{cell_.const_view(), arrival_.const_view(), begin_.const_view(),
+                                        keys_.const_view()};
   ctx.parallel_for("search/spread", count,
-                   SpreadIds{slots.cell, slots.arrival, id, slots.begin, cell_ids_.view()});
+                   SpreadKeys{slots.cell, slots.arrival, x_m, id, slots.begin, keys_.view()});
   ctx.parallel_for(
       "search/rank", count,
       SortParticles{slots, x_m, id, placed_.const_view(), particles_.view(), order_.view(), groups_.view()});

@@ -92,7 +92,9 @@ class NeighbourSearch {
   CellHash hash_;
   float reach_m_;
   Buffer<std::uint32_t> cell_, arrival_;
-  Buffer<Index> begin_, table_size_, placed_, groups_, cell_ids_, order_;
+  Buffer<Index> begin_, table_size_, placed_, groups_;
+  Buffer<std::int64_t> keys_;
+  Buffer<Index> order_;
   Buffer<SearchParticle> particles_;  ///< and capacity to read eight at once
   TileScan scan_;
   View<const Index> first_copy_;
