@@ -15,8 +15,8 @@ struct NearLists {
   static constexpr Index kCapacity = 64;  ///< a particle
   static constexpr Index kFull = -1;
   static constexpr Index kRow = 32;      ///< particles whose lists are interwoven on a GPU
-  static constexpr Index kWeights = 24;  ///< a particle; for eight, of so many times eight entries
-  static constexpr Index kMostWeighed = 1 << 16;  ///< particles: 50 MB
+  static constexpr Index kWeights = 16;  ///< a particle; for eight, of so many times eight entries
+  static constexpr Index kMostWeighed = 1 << 16;  ///< particles: 34 MB
   View<Index> count;                     ///< by slot; on a CPU, of eight at the first's
   View<Index> near;
   View<float> weight = {};  ///< of the first particles, as far as it goes; may be empty
@@ -208,7 +208,7 @@ struct VisitNeighbours {
         const Index before = listed;
         if constexpr (kUse == ListUse::write) write_row(row, at, lists.of_eight(first), listed);
         if (kUse == ListUse::write && listed != NearLists::kFull)
-          add_listed(own, in_row, first, before + kHead, listed);
+          listed = add_and_keep(own, in_row, first, before, listed);
         else
           add_runs(own, in_row, row.runs);
         a = row.end;
@@ -300,6 +300,21 @@ struct VisitNeighbours {
     }
     for (; k < last; ++k) add(own, at, list[k]);
   }
+  /// The entries of a row that write_row has written, of which those stay that are near a lane: two of three.
+  /// @returns the end of the row
+  TACTUS_HD Index add_and_keep(Own8& own, const Lanes& at, Index first, Index head, Index last) const {
+    const View<Index> list = lists.of_eight(first);
+    const Index weights = kWeighs ? lists.weights_of_eight(first) : 0;
+    Index end = head + kHead;
+    for (Index k = head + kHead; k < last; ++k) {
+      float unkept[kThreads];
+      float* weight = end < weights ? lists.weight_of_eight(first, end) : unkept;
+      list[end] = list[k];
+      end += add_weighed(own, at, list[k], weight) ? 1 : 0;
+    }
+    list[head + kHead - 1] = end;
+    return end;
+  }
   TACTUS_HD TACTUS_ALWAYS_INLINE void add(Own8& own, const Lanes& at, Index j) const {
     if constexpr (near_only())
       add_near(own, at, j);
@@ -315,17 +330,24 @@ struct VisitNeighbours {
       add_one(own, t, j, {dx, dy, dz}, r2, r2 <= reach_m2);
     }
   }
-  /// As add_all, with the weights of eight pairs that are kept, or are to be.
-  TACTUS_HD void add_weighed(Own8& own, const Lanes& at, Index j, float* weight) const {
+  /// As add_all, with the weights of eight pairs that are kept, or are to be. @returns whether one is near
+  TACTUS_HD bool add_weighed(Own8& own, const Lanes& at, Index j, float* weight) const {
     const Vec3f x = among.particles[j].x_m;
-#pragma omp simd
+    std::uint32_t is_near = 0;
+#pragma omp simd reduction(| : is_near)
     for (int t = 0; t < kThreads; ++t) {
       const float dx = x.x - at.x[t], dy = x.y - at.y[t], dz = x.z - at.z[t];
       const float r2 = dx * dx + dy * dy + dz * dz;
       const bool near = r2 <= reach_m2;
-      if constexpr (kUse == ListUse::write) weight[t] = pair.weight(r2, near);
-      pair.add(own, t, j, {dx, dy, dz}, r2, near, weight[t]);
+      if constexpr (kWeighs) {
+        if constexpr (kUse == ListUse::write) weight[t] = pair.weight(r2, near);
+        pair.add(own, t, j, {dx, dy, dz}, r2, near, weight[t]);
+      } else {
+        pair.add(own, t, j, {dx, dy, dz}, r2, near);
+      }
+      is_near |= near ? 1U : 0U;
     }
+    return is_near != 0;
   }
   TACTUS_HD void add_near(Own8& own, const Lanes& at, Index j) const {
     const Vec3f x = among.particles[j].x_m;
