@@ -40,6 +40,18 @@ struct NearLists {
 };
 enum class ListUse : Index { none, write, read };
 
+/// The numbers of the bits that are set, for all sets of eight.
+struct SetBits {
+  std::uint8_t of[256][8] = {};
+  constexpr SetBits() {
+    for (int set = 0; set < 256; ++set) {
+      for (int bit = 0, n = 0; bit < 8; ++bit)
+        if (set >> bit & 1) of[set][n++] = static_cast<std::uint8_t>(bit);
+    }
+  }
+};
+inline constexpr SetBits kSetBits;
+
 /// Visits, for every particle of `of`, all particles of `among` within reach: a block kernel, launched with
 /// NeighbourSearch::groups(). `Pair` defines the sums:
 ///
@@ -250,22 +262,15 @@ struct VisitNeighbours {
     for (int r = 0; r < row.runs.count; ++r) {
       const SlotRun run = row.runs.run[r];
       for (Index first = run.first; first < run.last; first += kVisitLanes) {
-        Index is_near[kVisitLanes];
-#pragma omp simd
-        for (int t = 0; t < kVisitLanes; ++t) {
-          const Vec3f& p = among.particles.data()[first + t].x_m;  // there is capacity behind the last
-          const float px = p.x, py = p.y, pz = p.z;
-          const float x = max(low.x - px, px - high.x), y = max(low.y - py, py - high.y),
-                      z = max(low.z - pz, pz - high.z);
-          const float r2 = sqr(x > 0.F ? x : 0.F) + sqr(y > 0.F ? y : 0.F) + sqr(z > 0.F ? z : 0.F);
-          is_near[t] = r2 <= 1.0001F * reach_m2 ? 1 : 0;  // rounding
-        }
-        for (int t = run.last - first; t < kVisitLanes; ++t) is_near[t] = 0;
+        // There is capacity behind the last.
+        const SearchParticle* eight = among.particles.data() + first;
+        const std::uint32_t last = min(run.last - 1 - first, kVisitLanes - 1),
+                            near = (near_box(eight, low, high) | near_box(eight + 4, low, high) << 4) &
+                                   ((2U << last) - 1);
         n = min(n, most);
-        for (int t = 0; t < kVisitLanes; ++t) {
-          list[n] = first + t;
-          n += is_near[t];
-        }
+#pragma omp simd
+        for (int t = 0; t < kVisitLanes; ++t) list[n + t] = first + kSetBits.of[near][t];
+        n += std::popcount(near);
       }
     }
     if (n >= most) {
@@ -276,6 +281,23 @@ struct VisitNeighbours {
     list[listed + 1] = row.end;
     list[listed + 2] = n;
     listed = n;
+  }
+
+  /// Bits of those of four particles that are within reach of a box. (They are copied first, for the compiler
+  /// makes no vectors of distances to structs; of eight, it would have to wait for the copies.)
+  TACTUS_HD std::uint32_t near_box(const SearchParticle* four, Vec3f low, Vec3f high) const {
+    float at_x[4], at_y[4], at_z[4];
+#pragma omp simd
+    for (int t = 0; t < 4; ++t) at_x[t] = four[t].x_m.x, at_y[t] = four[t].x_m.y, at_z[t] = four[t].x_m.z;
+    std::uint32_t near = 0;
+#pragma omp simd reduction(| : near)
+    for (int t = 0; t < 4; ++t) {
+      const float x = max(low.x - at_x[t], at_x[t] - high.x), y = max(low.y - at_y[t], at_y[t] - high.y),
+                  z = max(low.z - at_z[t], at_z[t] - high.z);
+      const float r2 = sqr(x > 0.F ? x : 0.F) + sqr(y > 0.F ? y : 0.F) + sqr(z > 0.F ? z : 0.F);
+      near |= r2 <= 1.0001F * reach_m2 ? 1U << t : 0U;  // rounding
+    }
+    return near;
   }
 
   /// Lanes outside of [begin, end) are far from everything, but finite: 0 times their distance is 0.
