@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <map>
 #include <numeric>
-#include <set>
 
 #include "support/device_sets.h"
 #include "support/filmed_world.h"
@@ -76,6 +76,7 @@ class WetTable {
 struct Puddle {
   double area_m2 = 0, volume_m3 = 0;
   int pieces = 0;
+  double largest_m3 = 0;  ///< of the pieces
   Vec3d center_m{};  ///< of its volume
 };
 
@@ -99,16 +100,17 @@ Puddle puddle_of(const WetObstacle& wet) {
         root[static_cast<std::size_t>(find(a))] = find(b);
     }
   }
-  std::set<Index> roots;
+  std::map<Index, double> pieces_m3;
   for (std::size_t v = 0; v < h.size(); ++v) {
     if (!(h[v] > 0)) continue;
-    roots.insert(find(static_cast<Index>(v)));
     all.area_m2 += area_m2[v];
     const double m3 = area_m2[v] * double{h[v]};
     all.volume_m3 += m3;
+    pieces_m3[find(static_cast<Index>(v))] += m3;
     all.center_m += m3 * vec_cast<double>(wet.mesh.positions_m[v]);
   }
-  all.pieces = static_cast<int>(roots.size());
+  all.pieces = static_cast<int>(pieces_m3.size());
+  for (const auto& piece : pieces_m3) all.largest_m3 = std::max(all.largest_m3, piece.second);
   if (all.volume_m3 > 0) all.center_m = (1 / all.volume_m3) * all.center_m;
   return all;
 }
@@ -120,7 +122,7 @@ Puddle puddle_on_first(test::FilmedWorld& world) {
 
 /// A slab of 20 x 20 x 2.5 mm, laid down. Young and Laplace's puddle at 40 degrees is 31.3 mm across
 /// (film_test.cpp integrates it). 5 %, as for particles on a flat sheet (film_exchange_test.cpp). From a fall
-/// of 2 mm, too, where one fine particle may splash off and lie apart.
+/// of 2 mm, too, where fine particles may splash off and lie apart, up to four of 0.24 µl in eight such falls.
 TEST(FilmOnObstacle, AMillilitreIsOnePuddle) {
   for (const auto& [spacing_m, fall_m] : {std::pair{0.0025, 0.0},
                                           {0.00125, 0.0},
@@ -145,7 +147,7 @@ TEST(FilmOnObstacle, AMillilitreIsOnePuddle) {
     EXPECT_LE(report.liquid.here * particle_m3, 0.02e-6);
     EXPECT_NEAR(puddle.volume_m3 + report.liquid.here * particle_m3, 1e-6, 1e-9);
     EXPECT_NEAR(across_m, 31.3e-3, 0.05 * 31.3e-3);
-    EXPECT_LE(puddle.pieces, fall_m > 0 ? 2 : 1);
+    EXPECT_GE(puddle.largest_m3, (fall_m > 0 ? 0.995 : 1) * puddle.volume_m3);
   }
 }
 

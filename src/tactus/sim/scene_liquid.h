@@ -119,7 +119,8 @@ class SceneLiquid {
   }
   /// Iterations grow in these steps.
   static constexpr std::array kGrowth{1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0};
-  void choose_iterations(double gravity_m_s2);
+  void remember_layers(double dt_s, double gravity_m_s2);
+  void choose_iterations();
 
   /// A body that the liquid and it push.
   struct Felt {
@@ -144,6 +145,7 @@ class SceneLiquid {
   struct StepSize {
     float fastest_m_s = 0, longest_step_s = 0;
     Index is_empty = 0, walls_move = 1;
+    float layers = 0;  ///< that bear on one another, or did until lately
     Index growth = 0, for_excess = 0;  ///< numbers in kGrowth: of the iterations, and of those for densities
   };
   DeviceSet& devices_;
