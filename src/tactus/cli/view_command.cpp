@@ -23,9 +23,6 @@ struct ViewFlags {
   bool plain = false, pause = false, no_panels = false, shows_web = false;
 };
 
-/// A window is gone as soon as it is closed, even where a frame takes long.
-constexpr double kMostWait_s = 0.25;
-
 Vec2i parse_size(const std::string& text) {
   int width = 0, height = 0;
   char rest = 0;
@@ -71,14 +68,15 @@ void view(const ViewFlags& flags) {
     throw Error("this build has no windows: " + missing + ", then build again");
   ViewedScene viewed = viewed_scene(flags.path, flags.source_path, flags.tool, true);
   viewed.scene.source.plain = flags.plain;
-  LiveRun run(std::move(viewed.scene), {.named = flags.path,
-                                        .devices = flags.devices,
-                                        .tools = viewed.tools,
-                                        .past_bytes = flags.past_MB * 1'000'000,
-                                        .budget_s = parse_budget_s(flags.budget)});
-  run.control().set_paused(flags.pause);
-  show_window(run, options);
-  if (run.stop(kMostWait_s)) return;
+  options.is_paused = flags.pause;
+  if (show_window(std::move(viewed.scene),
+                  {.named = flags.path,
+                   .devices = flags.devices,
+                   .tools = viewed.tools,
+                   .past_bytes = flags.past_MB * 1'000'000,
+                   .budget_s = parse_budget_s(flags.budget)},
+                  options))
+    return;
   std::fflush(nullptr);
   std::_Exit(interrupted() ? 130 : 0);
 }

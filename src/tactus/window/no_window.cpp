@@ -9,7 +9,7 @@ std::string window_missing() {
          "installs them";
 }
 
-void show_window(LiveRun&, const WindowOptions&) {
+bool show_window(Scene, LiveRun::Options, const WindowOptions&) {
   throw Error("this build has no windows: " + window_missing() + ", then build again");
 }
 

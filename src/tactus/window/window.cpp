@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
@@ -260,6 +262,15 @@ class ViewWindow {
 
 std::string window_missing() { return ""; }
 
-void show_window(LiveRun& run, const WindowOptions& options) { ViewWindow(run, options).show(); }
+bool show_window(Scene scene, LiveRun::Options run_options, const WindowOptions& options) {
+  /// A window is gone as soon as it is closed, even where a frame takes long.
+  constexpr double kMostWait_s = 0.25;
+  auto run = std::make_unique<LiveRun>(std::move(scene), std::move(run_options));
+  run->control().set_paused(options.is_paused);
+  ViewWindow(*run, options).show();
+  if (run->stop(kMostWait_s)) return true;
+  static_cast<void>(run.release());  // its thread still works
+  return false;
+}
 
 }  // namespace tactus
