@@ -64,8 +64,8 @@ Cloud shuffled(const Cloud& cloud, unsigned seed) {
   return other;
 }
 
-/// The order of the visit, from its definition: cells by z, y, x, then by x and id. Cells as the search's, whose edge
-/// is 1025/1024 of the reach. @returns numbers in `among`
+/// The order of the visit, from its definition: cells by z, y, x, then by x and id. Cells as the search's,
+/// whose edge is 1025/1024 of the reach. @returns numbers in `among`
 std::vector<std::size_t> brute_force(const Cloud& among, Vec3f p) {
   const float inverse = 1.F / ((1.F + 1.F / 1024) * kReach);
   std::vector<std::pair<std::tuple<Index, Index, Index, float, Index>, std::size_t>> near;

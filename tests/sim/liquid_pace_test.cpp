@@ -154,9 +154,10 @@ void check_column(float density_kg_m3, int frames) {
   EXPECT_NEAR(most, 1, 0.25);
 }
 
-/// In the mean of a second to 2 %, as 30 frames tell it of what still swings. Of 210 frames of each of six such
-/// columns, the least had 0.81 of the weight, the most 1.13. While steps and iterations followed the pressure
-/// of the moment, half of the columns were pressed to two or three times their density within eight seconds.
+/// In the mean of a second to 2 %, as 30 frames tell it of what still swings. Of 210 frames of each of six
+/// such columns, the least had 0.81 of the weight, the most 1.13. While steps and iterations followed the
+/// pressure of the moment, half of the columns were pressed to two or three times their density within eight
+/// seconds.
 TEST(LiquidScene, ATallColumnBearsItsWeight) { check_column(1000, 60); }
 
 TEST(LiquidScene, TallColumnsRest) {

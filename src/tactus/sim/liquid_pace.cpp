@@ -44,8 +44,8 @@ bool SceneLiquid::may_bring(double from_s, double to_s) const {
 }
 
 /// Layers are counted by the pressure of one moment, and a column that swings has moments without any. With
-/// longer steps and fewer iterations then, it would swing the more: one of 34 columns of 60 layers was pressed
-/// to 2.4 of its density within two seconds. So what bore does so for another second.
+/// longer steps and fewer iterations then, it would swing the more: one of 34 columns of 60 layers was
+/// pressed to 2.4 of its density within two seconds. So what bore does so for another second.
 void SceneLiquid::remember_layers(double dt_s, double gravity_m_s2) {
   constexpr double kForgets_s = 1;
   pace_.layers = static_cast<float>(

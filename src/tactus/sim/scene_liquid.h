@@ -145,7 +145,7 @@ class SceneLiquid {
   struct StepSize {
     float fastest_m_s = 0, longest_step_s = 0;
     Index is_empty = 0, walls_move = 1;
-    float layers = 0;  ///< that bear on one another, or did until lately
+    float layers = 0;                  ///< that bear on one another, or did until lately
     Index growth = 0, for_excess = 0;  ///< numbers in kGrowth: of the iterations, and of those for densities
   };
   DeviceSet& devices_;

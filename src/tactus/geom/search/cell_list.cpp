@@ -38,7 +38,7 @@ void CellList::build(ExecContext& ctx, View<const Vec3f> x_m, Count count) {
                    CountInCells<WrappedNumbers>{{grid_}, x_m, cell_.view(), arrival_.view(), begin_.view()});
   scan_.run(ctx, "cell_list/scan", begin_.size() - 1, begin_.view(), all_.view());
   const SlotsByRank<Index> slots{cell_.const_view(), arrival_.const_view(), begin_.const_view(),
-                          cell_numbers_.const_view()};
+                                 cell_numbers_.const_view()};
   ctx.parallel_for("cell_list/spread", count,
                    SpreadNumbers{slots.cell, slots.arrival, slots.begin, cell_numbers_.view()});
   ctx.parallel_for("cell_list/rank", count,

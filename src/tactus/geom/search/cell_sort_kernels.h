@@ -63,7 +63,8 @@ struct WrappedNumbers {
   }
 };
 
-/// Orders the particles of a cell: by x, then by id. So particles that follow one another are near one another.
+/// Orders the particles of a cell: by x, then by id. So particles that follow one another are near one
+/// another.
 TACTUS_HD inline std::int64_t key_in_cell(float x_m, Index id) {
   // The bits of floats, as integers, ascend with them; those of negative ones descend.
   const auto bits = std::bit_cast<std::int32_t>(x_m);
@@ -103,8 +104,8 @@ struct SlotsByRank {
   View<const std::uint32_t> cell, arrival;
   View<const Index> begin;
   View<const Key> keys;
-  /// Slot of particle i, which has a cell: after those of its cell with lower keys (of equal ones, in order of
-  /// arrival).
+  /// Slot of particle i, which has a cell: after those of its cell with lower keys (of equal ones, in order
+  /// of arrival).
   TACTUS_HD Index slot(Index i, Index number) const {
     const Index first = begin[number], last = begin[number + 1];
     const Index place = first + static_cast<Index>(arrival[i]);

@@ -14,10 +14,10 @@ namespace tactus {
 struct NearLists {
   static constexpr Index kCapacity = 64;  ///< a particle
   static constexpr Index kFull = -1;
-  static constexpr Index kRow = 32;      ///< particles whose lists are interwoven on a GPU
-  static constexpr Index kWeights = 16;  ///< a particle; for eight, of so many times eight entries
+  static constexpr Index kRow = 32;               ///< particles whose lists are interwoven on a GPU
+  static constexpr Index kWeights = 16;           ///< a particle; for eight, of so many times eight entries
   static constexpr Index kMostWeighed = 1 << 16;  ///< particles: 34 MB
-  View<Index> count;                     ///< by slot; on a CPU, of eight at the first's
+  View<Index> count;                              ///< by slot; on a CPU, of eight at the first's
   View<Index> near;
   View<float> weight = {};  ///< of the first particles, as far as it goes; may be empty
   TACTUS_HD static Index size(Index particles) { return ceil_div(particles, kRow) * kRow * kCapacity; }
@@ -67,8 +67,8 @@ inline constexpr SetBits kSetBits;
 /// a loop over lanes can't do. With `static constexpr int kAtOnce = 4`, a GPU's thread loads four listed
 /// neighbours at once instead of eight: for work that needs the registers itself.
 ///
-/// With `float weight(float r2_m2, bool near) const`, the same for all visits of the same lists, add gets it as
-/// one more argument.
+/// With `float weight(float r2_m2, bool near) const`, the same for all visits of the same lists, add gets it
+/// as one more argument.
 ///
 /// i and j are slots of the two searches, d = x_j - x_i; a particle is its own neighbour. `add` may be called
 /// for a j out of reach (at a finite distance), and must add exactly nothing then (select a zero: on a CPU,
