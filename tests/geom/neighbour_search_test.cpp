@@ -89,7 +89,9 @@ std::vector<Index> ids_of(const Cloud& cloud, const std::vector<std::size_t>& nu
 float ordered_sum(const Cloud& among, const std::vector<std::size_t>& near, Vec3f p) {
   float sum = 0;
   for (const std::size_t j : near)
-    sum = 0.5F * sum + (static_cast<float>(among.id[j]) + (among.x_m[j].x - p.x));
+    sum = 0.5F * sum +
+          (static_cast<float>(among.id[j]) +
+           (among.x_m[j].x - p.x + test::OrderedSum::weight(dot(among.x_m[j] - p, among.x_m[j] - p), true)));
   return sum;
 }
 
@@ -102,12 +104,14 @@ struct Visited {
 };
 
 /// A visit that lists what is near, and one that goes through those lists, against one that does neither.
+/// Weights are kept for half of the particles; the others' are worked out again.
 void expect_same_listed(ExecContext& ctx, const NeighbourSearch& search, View<const float> sum,
                         View<const Index> count) {
   const View<const SearchParticle> particles = search.cells().particles;
   Buffer<Index> list_count(ctx.device(), search.max_particles()),
       near(ctx.device(), NearLists::size(search.max_particles()));
-  const NearLists lists{list_count.view(), near.view()};
+  Buffer<float> weight(ctx.device(), NearLists::weights(max(search.max_particles() / 2, Index{1})));
+  const NearLists lists{list_count.view(), near.view(), weight.view()};
   const std::vector<float> sums = to_host(ctx, sum);
   const std::vector<Index> counts = to_host(ctx, count);
   for (const bool read : {false, true}) {

@@ -22,8 +22,8 @@ struct CollectNear {
   }
 };
 
-/// What depends on which neighbours are visited, and in which order: s = s/2 + id + d.x in floats, by the id
-/// of the visitor.
+/// What depends on which neighbours are visited, in which order and with which weight: s = s/2 + id + d.x + w
+/// in floats, by the id of the visitor.
 struct OrderedSum {
   template <int kLanes>
   struct Own {
@@ -38,9 +38,10 @@ struct OrderedSum {
     own.sum[t] = 0;
     own.count[t] = 0;
   }
+  TACTUS_HD static float weight(float r2_m2, bool near) { return near ? 1.F / (1.F + r2_m2) : 0.F; }
   template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d_m, float, bool near) const {
-    const float next = 0.5F * own.sum[t] + (static_cast<float>(among[j].id) + d_m.x);
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d_m, float, bool near, float weight) const {
+    const float next = 0.5F * own.sum[t] + (static_cast<float>(among[j].id) + (d_m.x + weight));
     own.sum[t] = near ? next : own.sum[t];
     own.count[t] += near ? 1 : 0;
   }

@@ -122,8 +122,8 @@ Puddle puddle_on_first(test::FilmedWorld& world) {
 
 /// A slab of 20 x 20 x 2.5 mm, laid down. Young and Laplace's puddle at 40 degrees is 31.3 mm across
 /// (film_test.cpp integrates it). 5 %, as for particles on a flat sheet (film_exchange_test.cpp). From a fall
-/// of 2 mm, too, where fine particles may splash off and lie apart, up to four of 0.24 µl in eight such
-/// falls.
+/// of 2 mm, too, where fine particles may splash off and lie apart: up to four of 0.24 µl in eight such
+/// falls, and 0.5 % is five times that.
 TEST(FilmOnObstacle, AMillilitreIsOnePuddle) {
   for (const auto& [spacing_m, fall_m] : {std::pair{0.0025, 0.0},
                                           {0.00125, 0.0},

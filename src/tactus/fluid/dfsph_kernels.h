@@ -18,13 +18,9 @@ namespace tactus {
 
 inline constexpr float kJacobiRelaxation = 0.5F;  ///< omega
 
-/// 1 / r, and something finite for a particle itself.
-TACTUS_HD inline float inverse_distance_1_m(const LiquidConstants& liquid, float r2_m2) {
-  return 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(liquid.spacing_m)));
-}
 /// grad W = d slope, for all lanes of a visit alike.
 TACTUS_HD inline float pair_slope(const LiquidConstants& liquid, float r2_m2, bool near) {
-  const float inverse_r = inverse_distance_1_m(liquid, r2_m2);
+  const float inverse_r = liquid.inverse_distance_1_m(r2_m2);
   const float slope =
       SmoothingKernel::slope(r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m, inverse_r * liquid.spacing_m);
   return near ? slope : 0.F;
@@ -102,7 +98,7 @@ struct DfsphDensity {
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near, float slope) const {
     const Vec3f v = load_constant(motion, j).v_m_s;
-    const float q = r2_m2 * inverse_distance_1_m(liquid, r2_m2) * liquid.kernel.inverse_d_1_m,
+    const float q = r2_m2 * liquid.inverse_distance_1_m(r2_m2) * liquid.kernel.inverse_d_1_m,
                 w = SmoothingKernel::shape(q);
     const float x = own.vx[t] - v.x, y = own.vy[t] - v.y, z = own.vz[t] - v.z;
     own.sum[t] += near ? w : 0.F;

@@ -32,7 +32,7 @@ struct LiquidPart {
   Index number;
   NeighbourSearch search;
   Buffer<Index> count, id, wall_count, list_count, near;
-  Buffer<float> pair_weight;
+  Buffer<float> pair_weight;  ///< dfsph, on a CPU: pair_slope()
   Buffer<Vec3f> x_m, v_m_s;
   Buffer<float> density_kg_m3, push;    ///< push: p / rho^2 of the last step; dfsph
   Buffer<float> alpha, found, kappa_v;  ///< dfsph

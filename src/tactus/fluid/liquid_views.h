@@ -28,6 +28,11 @@ struct LiquidConstants {
   float tension_N_m = 0;    ///< sigma
   float contact_cos = 0, contact_sin = 1;
   CarreauLaw thinning;  ///< where viscosity depends on the shear rate
+
+  /// 1 / r, and something finite of a particle and itself.
+  TACTUS_HD float inverse_distance_1_m(float r2_m2) const {
+    return 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(spacing_m)));
+  }
 };
 
 }  // namespace tactus

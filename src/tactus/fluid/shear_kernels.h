@@ -11,7 +11,7 @@ struct PairViscosity {
   float slope;   ///< -W' / r
   float weight;  ///< 10 G
   TACTUS_HD static PairViscosity of(const LiquidConstants& liquid, float r2_m2) {
-    const float inverse_r = 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(liquid.spacing_m)));
+    const float inverse_r = liquid.inverse_distance_1_m(r2_m2);
     const float q = r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m, t = max(0.F, 2 - q);
     return {inverse_r, SmoothingKernel::slope(q, inverse_r * liquid.spacing_m),
             (10 * ViscousKernel::kWeight) * q * (t * t)};

@@ -42,7 +42,7 @@ struct FindSurface {
   }
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index, Vec3f d, float r2_m2, bool near) const {
-    const float inverse_r = 1.F / tactus::sqrt(max(r2_m2, 1e-12F * sqr(liquid.spacing_m)));
+    const float inverse_r = liquid.inverse_distance_1_m(r2_m2);
     const float q = r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m;
     const float slope = near ? SmoothingKernel::slope(q, inverse_r * liquid.spacing_m) : 0.F;
     own.x[t] = fma(slope, d.x, own.x[t]);

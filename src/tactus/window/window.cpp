@@ -263,7 +263,7 @@ class ViewWindow {
 std::string window_missing() { return ""; }
 
 bool show_window(Scene scene, LiveRun::Options run_options, const WindowOptions& options) {
-  /// A window is gone as soon as it is closed, even where a frame takes long.
+  // A window is gone as soon as it is closed, even where a frame takes long.
   constexpr double kMostWait_s = 0.25;
   auto run = std::make_unique<LiveRun>(std::move(scene), std::move(run_options));
   run->control().set_paused(options.is_paused);

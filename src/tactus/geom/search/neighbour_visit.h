@@ -67,8 +67,8 @@ inline constexpr SetBits kSetBits;
 /// a loop over lanes can't do. With `static constexpr int kAtOnce = 4`, a GPU's thread loads four listed
 /// neighbours at once instead of eight: for work that needs the registers itself.
 ///
-/// With `float weight(float r2_m2, bool near) const`, the same for all visits of the same lists, add gets it
-/// as one more argument.
+/// With `float weight(float r2_m2, bool near) const`, add gets it as one more argument. It must be the same
+/// in all visits of the same lists that have one, and the visit that writes them must be among those.
 ///
 /// i and j are slots of the two searches, d = x_j - x_i; a particle is its own neighbour. `add` may be called
 /// for a j out of reach (at a finite distance), and must add exactly nothing then (select a zero: on a CPU,
