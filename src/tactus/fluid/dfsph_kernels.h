@@ -11,6 +11,7 @@
 /// The second is a fixed number of Jacobi iterations. They begin with the k that the last step kept, and go
 /// on by half of their last change (Nesterov 1983): two in place of three.
 #include "tactus/fluid/shear_kernels.h"
+#include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
 #include "tactus/geom/search/neighbour_visit.h"
 
@@ -72,7 +73,7 @@ struct TakeMotion {
 };
 
 /// Density, D, kappa_v of the velocities of the last step, and the largest speed relative to a neighbour or a
-/// wall in reach. Where liquid is thin, in spray, nothing presses it.
+/// wall in reach; and where the surface is. Where liquid is thin, in spray, nothing presses it.
 struct DfsphDensity {
   static constexpr int kAtOnce = 4;
   static constexpr float kThinnest = 0.9F;  ///< over the density at rest
@@ -86,6 +87,7 @@ struct DfsphDensity {
   NearWalls walls;
   View<const LiquidMotion> motion;
   View<float> density_kg_m3, alpha, kappa_v, relative_m_s;
+  View<LiquidNormal> surface = {};  ///< with surface tension
 
   TACTUS_HD void load() { time.load(); }
   template <int kLanes>
@@ -112,9 +114,9 @@ struct DfsphDensity {
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
     const float m = liquid.mass_kg, rho0 = liquid.density_kg_m3, scale = m * liquid.kernel.slope_scale_1_m5();
-    const Vec3f v{own.vx[t], own.vy[t], own.vz[t]};
+    const Vec3f v{own.vx[t], own.vy[t], own.vz[t]}, slopes{own.x[t], own.y[t], own.z[t]};
     float rho = m * liquid.kernel.scale_1_m3() * own.sum[t];
-    Vec3f gradient = scale * Vec3f{own.x[t], own.y[t], own.z[t]};
+    Vec3f gradient = scale * slopes;
     float D = sqr(scale) * own.square[t], apart2 = own.apart2[t];
     if (const Index n = walls.count[i]; n > 0) {
       rho += rho0 * WallFill::of(walls, i, liquid);
@@ -136,12 +138,13 @@ struct DfsphDensity {
     alpha[i] = inverse;
     relative_m_s[i] = tactus::sqrt(apart2);
     kappa_v[i] = presses ? max(0.F, kJacobiRelaxation * rate * inverse) : 0.F;
+    if (!surface.empty()) surface[i] = surface_of(liquid, walls, i, slopes, own.sum[t]);
   }
 };
 
-/// v* = v + dt (viscosity, artificial viscosity, gravity), with the pair pressure of kappa_v; and the
-/// velocity of the first k. The walls' pressure of kappa_v is added with that of k, so that walls get the
-/// impulses of both.
+/// v* = v + dt (viscosity, artificial viscosity, gravity, another acceleration a), with the pair pressure of
+/// kappa_v; and the velocity of the first k. The walls' pressure of kappa_v is added with that of k, so that
+/// walls get the impulses of both.
 template <bool kThins>
 struct DfsphForce {
   static constexpr int kAtOnce = 4;
@@ -191,9 +194,9 @@ struct DfsphForce {
     own.z[t] = fma(push, d.z, own.z[t]);
   }
   template <int kLanes>
-  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
+  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i, Vec3f a_m_s2 = {}) const {
     const float scale = liquid.mass_kg * liquid.kernel.slope_scale_1_m5();
-    const Vec3f v = Vec3f{own.vx[t], own.vy[t], own.vz[t]} + time.dt_s * time.gravity_m_s2 +
+    const Vec3f v = Vec3f{own.vx[t], own.vy[t], own.vz[t]} + time.dt_s * (time.gravity_m_s2 + a_m_s2) +
                     (scale / liquid.density_kg_m3) * Vec3f{own.ax[t], own.ay[t], own.az[t]};
     v_star[i] = {v, own.k[t]};
     moved[i] = {v - scale * Vec3f{own.x[t], own.y[t], own.z[t]} +

@@ -5,23 +5,32 @@
 #include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
 #include "tactus/fluid/wcsph_kernels.h"
-#include "tactus/geom/search/neighbour_visit.h"
+#include "tactus/geom/search/visit_both.h"
 
 TACTUS_CUDA_KERNEL(tactus::FindBoxWalls);
-TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidDensity, tactus::ListUse::write>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidDensity<false>, tactus::ListUse::write>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidDensity<true>, tactus::ListUse::write>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidForce<false>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidForce<true>, tactus::ListUse::read>);
-TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidShear, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(
+    tactus::VisitNeighbours<tactus::PulledBySurface<tactus::LiquidForce<false>>, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(
+    tactus::VisitNeighbours<tactus::PulledBySurface<tactus::LiquidForce<true>>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphDensity, tactus::ListUse::write>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphForce<false>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphForce<true>, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(
+    tactus::VisitNeighbours<tactus::PulledBySurface<tactus::DfsphForce<false>>, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(
+    tactus::VisitNeighbours<tactus::PulledBySurface<tactus::DfsphForce<true>>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphVelocity<false>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphVelocity<true>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphPressure, tactus::ListUse::read>);
-TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindSurface, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::LiquidShear, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::SmoothNormals, tactus::ListUse::read>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::VisitBoth<tactus::SmoothNormals, tactus::LiquidShear>,
+                                           tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::FindCurvature, tactus::ListUse::read>);
-TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::PullSurface, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::TakeMotion);
 TACTUS_CUDA_KERNEL(tactus::KeepCount);
 TACTUS_CUDA_KERNEL(tactus::PlanEmission);

@@ -7,6 +7,7 @@
 
 #include "tactus/fluid/cap_kernels.h"
 #include "tactus/fluid/emitter_pattern.h"
+#include "tactus/geom/search/visit_both.h"
 
 namespace tactus {
 namespace {
@@ -164,45 +165,52 @@ LiquidStepped Liquid::stepped(LiquidPart& part) const {
           part.shear_m2_s.const_view()};
 }
 
-/// Sets shear_m2_s from the velocities in `motion`.
-void Liquid::measure_shear() {
+/// Sets what forces need: of the surface, from `surface`, and of a liquid that thins, from the velocities in
+/// `motion`.
+void Liquid::measure() {
+  if (settings_.surface_tension_N_m > 0) return measure_surface();
+  if (!settings_.carreau) return;
   each([&](ExecContext& ctx, LiquidPart& part) {
-    part.search.visit_listed(
-        ctx, "fluid/shear",
-        LiquidShear{constants_, part.near_walls(), part.motion.const_view(), part.shear_m2_s.view()},
-        part.near_lists());
+    part.search.visit_listed(ctx, "fluid/shear", shear(part), part.near_lists());
   });
   split_.update("fluid/copy shear", &LiquidPart::shear_m2_s);
 }
 
-/// Adds to the velocities in `motion` of a part's own particles.
-void Liquid::pull_surface(const StepTime& time, const FrameOnDevices* frame) {
-  each([&](ExecContext& ctx, LiquidPart& part) {
-    part.search.visit_listed(ctx, "fluid/surface",
-                             FindSurface{constants_, part.near_walls(), part.surface.view()},
-                             part.near_lists());
-  });
+LiquidShear Liquid::shear(LiquidPart& part) const {
+  return {constants_, part.near_walls(), part.motion.const_view(), part.shear_m2_s.view()};
+}
+
+void Liquid::measure_surface() {
   split_.update("fluid/copy surface", &LiquidPart::surface);
   each([&](ExecContext& ctx, LiquidPart& part) {
-    part.search.visit_listed(
-        ctx, "fluid/normals",
-        SmoothNormals{constants_, part.near_walls(), part.surface.const_view(), part.smooth.view()},
-        part.near_lists());
+    const SmoothNormals normals{constants_, part.near_walls(), part.surface.const_view(), part.smooth.view()};
+    if (settings_.carreau)
+      part.search.visit_listed(ctx, "fluid/normals, shear",
+                               VisitBoth<SmoothNormals, LiquidShear>{normals, shear(part)},
+                               part.near_lists());
+    else
+      part.search.visit_listed(ctx, "fluid/normals", normals, part.near_lists());
   });
   split_.update("fluid/copy normals", &LiquidPart::smooth);
+  if (settings_.carreau) split_.update("fluid/copy shear", &LiquidPart::shear_m2_s);
   each([&](ExecContext& ctx, LiquidPart& part) {
     part.search.visit_listed(ctx, "fluid/curvature",
                              FindCurvature{constants_, part.smooth.const_view(), part.curvature.view()},
                              part.near_lists());
   });
   split_.update("fluid/copy curvature", &LiquidPart::curvature);
-  each([&](ExecContext& ctx, LiquidPart& part) {
+}
+
+/// Visits with a solver's forces, and the surface's.
+template <class Force>
+void Liquid::exert(ExecContext& ctx, LiquidPart& part, const Force& force) {
+  if (settings_.surface_tension_N_m > 0)
     part.search.visit_listed(
-        ctx, "fluid/tension",
-        PullSurface{constants_, of_part(time, frame, part.number), part.smooth.const_view(),
-                    part.curvature.const_view(), part.motion.view()},
+        ctx, "fluid/force",
+        PulledBySurface<Force>{force, part.smooth.const_view(), part.curvature.const_view()},
         part.near_lists());
-  });
+  else
+    part.search.visit_listed(ctx, "fluid/force", force, part.near_lists());
 }
 
 void Liquid::end_step(const StepTime& time, const FrameOnDevices* frame) {
@@ -219,28 +227,31 @@ bool Liquid::is_timed(const StepTime& time) const {
 
 void Liquid::end_weakly(const StepTime& time, const FrameOnDevices* frame) {
   each([&](ExecContext& ctx, LiquidPart& part) {
+    const auto density = [&](auto pair) {
+      part.search.visit_listing(ctx, "fluid/density", pair, part.near_lists());
+    };
+    const View<const Index> order = part.search.cells().order;
     if (is_timed(time)) part.timed_begin.take(ctx);
-    part.search.visit_listing(
-        ctx, "fluid/density",
-        LiquidDensity{constants_, part.near_walls(), part.search.cells().order, part.v_m_s.const_view(),
-                      part.density_kg_m3.view(), part.motion.view()},
-        part.near_lists());
+    if (settings_.surface_tension_N_m > 0)
+      density(LiquidDensity<true>{constants_, part.near_walls(), order, part.v_m_s.const_view(),
+                                  part.density_kg_m3.view(), part.motion.view(), part.surface.view()});
+    else
+      density(LiquidDensity<false>{constants_, part.near_walls(), order, part.v_m_s.const_view(),
+                                   part.density_kg_m3.view(), part.motion.view()});
     if (is_timed(time)) part.timed_end.take(ctx);
   });
-  if (settings_.surface_tension_N_m > 0) pull_surface(time, frame);
   split_.update("fluid/copy motion", &LiquidPart::motion);
-  if (settings_.carreau) measure_shear();
+  measure();
   each([&](ExecContext& ctx, LiquidPart& part) {
-    const auto force = [&](auto pair) {
-      part.search.visit_listed(ctx, "fluid/force", pair, part.near_lists());
-    };
     const StepTime here = of_part(time, frame, part.number);
     const View<const SearchParticle> particles = part.search.cells().particles;
     if (settings_.carreau)
-      force(LiquidForce<true>{constants_, here, part.near_walls(), particles, part.motion.const_view(),
+      exert(ctx, part,
+            LiquidForce<true>{constants_, here, part.near_walls(), particles, part.motion.const_view(),
                               stepped(part), part.shear_m2_s.const_view()});
     else
-      force(LiquidForce<false>{constants_, here, part.near_walls(), particles, part.motion.const_view(),
+      exert(ctx, part,
+            LiquidForce<false>{constants_, here, part.near_walls(), particles, part.motion.const_view(),
                                stepped(part)});
   });
 }
@@ -252,29 +263,25 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
                      TakeMotion{time_of(part), part.search.cells().order, part.v_m_s.const_view(),
                                 part.push.const_view(), part.motion.view(), part.found.view()});
     if (is_timed(time)) part.timed_begin.take(ctx);
-    part.search.visit_listing(ctx, "fluid/density",
-                              DfsphDensity{constants_, time_of(part), part.near_walls(),
-                                           part.motion.const_view(), part.density_kg_m3.view(),
-                                           part.alpha.view(), part.kappa_v.view(), part.relative_m_s.view()},
-                              part.near_lists());
+    part.search.visit_listing(
+        ctx, "fluid/density",
+        DfsphDensity{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
+                     part.density_kg_m3.view(), part.alpha.view(), part.kappa_v.view(),
+                     part.relative_m_s.view(), part.surface.view()},
+        part.near_lists());
     if (is_timed(time)) part.timed_end.take(ctx);
   });
   split_.update("fluid/copy kappa_v", &LiquidPart::kappa_v);
-  if (settings_.surface_tension_N_m > 0) {
-    pull_surface(time, frame);
-    split_.update("fluid/copy motion", &LiquidPart::motion);
-  }
-  if (settings_.carreau) measure_shear();
+  measure();
   each([&](ExecContext& ctx, LiquidPart& part) {
-    const auto force = [&](auto pair) {
-      part.search.visit_listed(ctx, "fluid/force", pair, part.near_lists());
-    };
     if (settings_.carreau)
-      force(DfsphForce<true>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
+      exert(ctx, part,
+            DfsphForce<true>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
                              part.kappa_v.const_view(), part.v_star.view(), part.moved.view(),
                              part.shear_m2_s.const_view()});
     else
-      force(DfsphForce<false>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
+      exert(ctx, part,
+            DfsphForce<false>{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
                               part.kappa_v.const_view(), part.v_star.view(), part.moved.view()});
   });
   for (int k = 1; k <= settings_.iterations; ++k) {

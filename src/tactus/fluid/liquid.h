@@ -174,8 +174,11 @@ class Liquid {
   void make_emitters();
   void emit(const StepTime& time);
   void keep_youngest();
-  void measure_shear();
-  void pull_surface(const StepTime& time, const FrameOnDevices* frame);
+  void measure();
+  void measure_surface();
+  LiquidShear shear(LiquidPart& part) const;
+  template <class Force>
+  void exert(ExecContext& ctx, LiquidPart& part, const Force& force);
   void end_weakly(const StepTime& time, const FrameOnDevices* frame);
   void end_dfsph(const StepTime& time, const FrameOnDevices* frame);
   LiquidStepped stepped(LiquidPart& part) const;

@@ -1,6 +1,6 @@
 #pragma once
 /// Surface tension as a force at the surface (Brackbill, Kothe & Zemach 1992), for a liquid that has nothing
-/// beside it. With V = m / rho0 and the kernel's sums, in four visits:
+/// beside it. With V = m / rho0 and the kernel's sums, each in a visit, the first and the last with others':
 ///
 ///   g_i = sum_j V grad W - A(s) n of walls                     towards the liquid; a wall counts as liquid
 ///   m_i = sum_j W_ij g_j / sum_k W_jk                          smoothed, with the same sum as g; n = m / |m|
@@ -26,43 +26,20 @@ struct alignas(16) LiquidNormal {
   float size = 0;  ///< |m| d; 0 inside the liquid
 };
 
-/// Thread of pairs: g.
-struct FindSurface {
-  template <int kLanes>
-  struct Own {
-    float x[kLanes], y[kLanes], z[kLanes], sum[kLanes];
-  };
-  LiquidConstants liquid;
-  NearWalls walls;
-  View<LiquidNormal> surface;
-
-  template <int kLanes>
-  TACTUS_HD void begin(Own<kLanes>& own, int t, Index) const {
-    own.x[t] = own.y[t] = own.z[t] = own.sum[t] = 0;
+/// g of particle i. @param slopes sum_j -W' / r d, over slope_scale_1_m5() @param shapes sum_j W, over
+/// scale_1_m3()
+TACTUS_HD inline LiquidNormal surface_of(const LiquidConstants& liquid, const NearWalls& walls, Index i,
+                                         Vec3f slopes, float shapes) {
+  const float volume_m3 = liquid.mass_kg / liquid.density_kg_m3;
+  Vec3f g = volume_m3 * liquid.kernel.slope_scale_1_m5() * slopes;
+  TACTUS_ROLLED
+  for (Index k = 0, n = walls.count[i]; k < n; ++k) {
+    const NearWall& wall = walls.at(i, k);
+    g -= wall.share * liquid.kernel.area_1_m(wall.distance_m) * wall.n;
   }
-  template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index, Vec3f d, float r2_m2, bool near) const {
-    const float inverse_r = liquid.inverse_distance_1_m(r2_m2);
-    const float q = r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m;
-    const float slope = near ? SmoothingKernel::slope(q, inverse_r * liquid.spacing_m) : 0.F;
-    own.x[t] = fma(slope, d.x, own.x[t]);
-    own.y[t] = fma(slope, d.y, own.y[t]);
-    own.z[t] = fma(slope, d.z, own.z[t]);
-    own.sum[t] += near ? SmoothingKernel::shape(q) : 0.F;
-  }
-  template <int kLanes>
-  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
-    const float volume_m3 = liquid.mass_kg / liquid.density_kg_m3;
-    Vec3f g = volume_m3 * liquid.kernel.slope_scale_1_m5() * Vec3f{own.x[t], own.y[t], own.z[t]};
-    TACTUS_ROLLED
-    for (Index k = 0, n = walls.count[i]; k < n; ++k) {
-      const NearWall& wall = walls.at(i, k);
-      g -= wall.share * liquid.kernel.area_1_m(wall.distance_m) * wall.n;
-    }
-    const float sum = volume_m3 * liquid.kernel.scale_1_m3() * own.sum[t];
-    surface[i] = {liquid.spacing_m / max(sum, 0.1F) * g, 0.F};
-  }
-};
+  const float sum = volume_m3 * liquid.kernel.scale_1_m3() * shapes;
+  return {liquid.spacing_m / max(sum, 0.1F) * g, 0.F};
+}
 
 /// n and |m|. In the layer beside a wall, the surface meets the wall at the contact angle, which is measured
 /// in the liquid: n = -cos n_wall + sin t, with the direction t of m along the wall.
@@ -150,43 +127,47 @@ struct FindCurvature {
   }
 };
 
-/// dt a, to the velocities.
-struct PullSurface {
+/// A liquid's forces (DfsphForce, LiquidForce), and a beside them.
+template <class Force>
+struct PulledBySurface {
+  static constexpr int kAtOnce = 4;
   static constexpr float kDepth = 0.676F + 0.443F;
   template <int kLanes>
   struct Own {
+    typename Force::template Own<kLanes> force;
     float turns[kLanes], weight[kLanes];
   };
-  LiquidConstants liquid;
-  StepTime time;
+  Force force;
   View<const LiquidNormal> smooth;
   View<const float> curvature;
-  View<LiquidMotion> motion;
 
-  TACTUS_HD void load() {
-    time.load();
-    if (time.settles()) time.dt_s = 0;
-  }
+  TACTUS_HD void load() { force.load(); }
   template <int kLanes>
-  TACTUS_HD void begin(Own<kLanes>& own, int t, Index) const {
+  TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
+    force.begin(own.force, t, i);
     own.turns[t] = own.weight[t] = 0;
   }
   template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float r2_m2, bool near) const {
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f d, float r2_m2, bool near) const {
+    force.add(own.force, t, j, d, r2_m2, near);
     // Loaded whether near or not: a load under a condition keeps a CPU's loop over lanes from SIMD.
     const float size = load_constant(smooth, j).size, of_other = curvature[j];
-    const float shape = SmoothingKernel::shape(tactus::sqrt(r2_m2) * liquid.kernel.inverse_d_1_m);
-    const float w = near ? shape * size : 0.F;
+    const LiquidConstants& liquid = force.liquid;
+    const float q = r2_m2 * liquid.inverse_distance_1_m(r2_m2) * liquid.kernel.inverse_d_1_m,
+                shape = SmoothingKernel::shape(q), w = near ? shape * size : 0.F;
     own.turns[t] = fma(w, of_other, own.turns[t]);
     own.weight[t] += w;
   }
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
+    const LiquidConstants& liquid = force.liquid;
     const LiquidNormal at = smooth[i];
-    if (!(at.size > 0.F)) return;
-    const float mean = own.turns[t] / own.weight[t], k = mean / (1.F + 0.5F * kDepth * mean);
-    const float a_m_s2 = 2 * liquid.tension_N_m / liquid.density_kg_m3 * k * at.size / sqr(liquid.spacing_m);
-    motion[i].v_m_s += time.dt_s * a_m_s2 * at.n;
+    Vec3f a_m_s2{};
+    if (at.size > 0.F) {
+      const float mean = own.turns[t] / own.weight[t], k = mean / (1.F + 0.5F * kDepth * mean);
+      a_m_s2 = (2 * liquid.tension_N_m / liquid.density_kg_m3 * k * at.size / sqr(liquid.spacing_m)) * at.n;
+    }
+    force.end(own.force, t, i, a_m_s2);
   }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Weakly compressible SPH (Becker & Teschner 2007): density and pressure, then forces and the step.
 #include "tactus/fluid/shear_kernels.h"
+#include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
 #include "tactus/geom/search/neighbour_visit.h"
 
@@ -8,11 +9,14 @@ namespace tactus {
 
 /// rho_i = sum_j m W_ij + rho0 fill_i, with the fill of walls; p = rho0 c^2 / 7 ((rho / rho0)^7 - 1), and no
 /// tension: p >= 0.
+/// @tparam kHasSurface finds where the surface is, too
+template <bool kHasSurface>
 struct LiquidDensity {
   static constexpr float kDensest = 1.5F;  ///< liquid that is squeezed more has no more pressure
   template <int kLanes>
   struct Own {
-    float sum[kLanes];
+    static constexpr int kSlopes = kHasSurface ? kLanes : 1;
+    float sum[kLanes], x[kSlopes], y[kSlopes], z[kSlopes];
   };
   LiquidConstants liquid;
   NearWalls walls;
@@ -20,15 +24,25 @@ struct LiquidDensity {
   View<const Vec3f> v_m_s;  ///< as particles were given to the search
   View<float> density_kg_m3;
   View<LiquidMotion> motion;
+  View<LiquidNormal> surface = {};  ///< kHasSurface
 
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index) const {
     own.sum[t] = 0;
+    if constexpr (kHasSurface) own.x[t] = own.y[t] = own.z[t] = 0;
   }
   template <int kLanes>
-  TACTUS_HD void add(Own<kLanes>& own, int t, Index, Vec3f, float r2_m2, bool near) const {
+  TACTUS_HD void add(Own<kLanes>& own, int t, Index, Vec3f d, float r2_m2, bool near) const {
     const float w = SmoothingKernel::shape(tactus::sqrt(r2_m2) * liquid.kernel.inverse_d_1_m);
     own.sum[t] += near ? w : 0.F;
+    if constexpr (kHasSurface) {
+      const float inverse_r = liquid.inverse_distance_1_m(r2_m2),
+                  q = r2_m2 * inverse_r * liquid.kernel.inverse_d_1_m,
+                  slope = near ? SmoothingKernel::slope(q, inverse_r * liquid.spacing_m) : 0.F;
+      own.x[t] = fma(slope, d.x, own.x[t]);
+      own.y[t] = fma(slope, d.y, own.y[t]);
+      own.z[t] = fma(slope, d.z, own.z[t]);
+    }
   }
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
@@ -38,6 +52,8 @@ struct LiquidDensity {
     const float p = max(0.F, liquid.tait_Pa * (r6 * ratio - 1));
     density_kg_m3[i] = rho;
     motion[i] = {v_m_s[order[i]], p / (rho * rho)};
+    if constexpr (kHasSurface)
+      surface[i] = surface_of(liquid, walls, i, {own.x[t], own.y[t], own.z[t]}, own.sum[t]);
   }
 };
 
@@ -56,7 +72,8 @@ struct LiquidDensity {
 /// p_wall = p_i - rho g . n s (push_at_wall). v_wall is that of the wall if it reached to the particle:
 /// liquid that turns with its wall isn't sheared.
 ///
-/// Velocities are stepped first, then positions with the new ones: LiquidStepped.
+/// and any other acceleration a. Velocities are stepped first, then positions with the new ones:
+/// LiquidStepped.
 ///
 /// @tparam kThins nu is (nu_i + nu_j) / 2
 template <bool kThins>
@@ -104,10 +121,11 @@ struct LiquidForce {
     own.az[t] = fma(along, d.z, own.az[t]);
   }
   template <int kLanes>
-  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
+  TACTUS_HD void end(const Own<kLanes>& own, int t, Index i, Vec3f a_m_s2 = {}) const {
     const Vec3f before{own.vx[t], own.vy[t], own.vz[t]};
     const float scale = liquid.mass_kg / liquid.density_kg_m3 * liquid.kernel.slope_scale_1_m5();
-    Vec3f v = before + time.dt_s * (scale * Vec3f{own.ax[t], own.ay[t], own.az[t]} + time.gravity_m_s2);
+    const Vec3f v =
+        before + time.dt_s * (scale * Vec3f{own.ax[t], own.ay[t], own.az[t]} + time.gravity_m_s2 + a_m_s2);
     stepped.end(liquid, walls, particles[i], i, time.dt_s * own.push[t], before, time, v);
   }
 };
