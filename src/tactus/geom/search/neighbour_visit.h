@@ -1,5 +1,6 @@
 #pragma once
 /// Sums over neighbours, the inner loop of particle methods.
+#include "tactus/base/bits.h"
 #include "tactus/compute/wide_load.h"
 #include "tactus/geom/search/neighbour_cells.h"
 
@@ -14,15 +15,20 @@ namespace tactus {
 struct NearLists {
   static constexpr Index kCapacity = 64;  ///< a particle
   static constexpr Index kFull = -1;
+  static constexpr Index kFour = 4;               ///< entries that a GPU's thread reads and writes at once
   static constexpr Index kRow = 32;               ///< particles whose lists are interwoven on a GPU
   static constexpr Index kWeights = 16;           ///< a particle; for eight, of so many times eight entries
   static constexpr Index kMostWeighed = 1 << 16;  ///< particles: 34 MB
   View<Index> count;                              ///< by slot; on a CPU, of eight at the first's
   View<Index> near;
   View<float> weight = {};  ///< of the first particles, as far as it goes; may be empty
+  struct alignas(16) Four {
+    Index slot[kFour];
+  };
   TACTUS_HD static Index size(Index particles) { return ceil_div(particles, kRow) * kRow * kCapacity; }
-  TACTUS_HD Index& of_one(Index i, Index k) const {
-    return near[(i / kRow * kCapacity + k) * kRow + i % kRow];
+  /// Entries 4 q to 4 q + 3 of a particle's list.
+  TACTUS_HD Four& four(Index i, Index q) const {
+    return reinterpret_cast<Four*>(near.data())[(i / kRow * (kCapacity / kFour) + q) * kRow + i % kRow];
   }
   TACTUS_HD View<Index> of_eight(Index first) const {
     return near.part(first * kCapacity, kVisitLanes * kCapacity);
@@ -153,6 +159,14 @@ struct VisitNeighbours {
   TACTUS_HD Index list_alone(Vec3f x, Index i) const {
     Index listed = 0;
     if (!among.hash.holds(x)) return 0;
+    NearLists::Four last{};  // the last four entries
+    const auto list = [&](Index slot) {
+      for (int u = 0; u + 1 < NearLists::kFour; ++u) last.slot[u] = last.slot[u + 1];
+      last.slot[NearLists::kFour - 1] = slot;
+      ++listed;
+      if (listed % NearLists::kFour == 0 && listed <= NearLists::kCapacity)
+        store_wide(lists.four(i, listed / NearLists::kFour - 1), last);
+    };
     const Vec3i c = among.hash.cell(x), one{1, 1, 1};
     among.for_each_run(c - one, c + one, [&](SlotRun run) {
       TACTUS_ROLLED
@@ -160,35 +174,42 @@ struct VisitNeighbours {
         SearchParticle other[kListedAtOnce];
         for (int u = 0; u < kListedAtOnce; ++u)
           other[u] = load_constant(among.particles, min(first + u, run.last - 1));
+        std::uint32_t near = 0;
         for (int u = 0; u < kListedAtOnce; ++u) {
           const Vec3f d = other[u].x_m - x;
-          if (first + u >= run.last || !(dot(d, d) <= reach_m2)) continue;
-          if (listed < NearLists::kCapacity) lists.of_one(i, listed) = first + u;
-          ++listed;
+          near |= first + u < run.last && dot(d, d) <= reach_m2 ? 1U << u : 0U;
         }
+        TACTUS_ROLLED
+        for (; near != 0; near &= near - 1) list(first + lowest_bit(near));
       }
     });
-    return listed <= NearLists::kCapacity ? listed : NearLists::kFull;
+    const Index found = listed;
+    while (listed % NearLists::kFour != 0) list(i);  // so that four can be read
+    return found <= NearLists::kCapacity ? found : NearLists::kFull;
   }
   TACTUS_HD void add_listed_alone(Own1& own, Vec3f x, Index i, Index listed) const {
     constexpr int kAtOnce = at_once();
     Index k = 0;
     TACTUS_ROLLED
-    for (; k + kAtOnce <= listed; k += kAtOnce) {
-      Index j[kAtOnce];
-      SearchParticle other[kAtOnce];
-      for (int u = 0; u < kAtOnce; ++u) j[u] = lists.of_one(i, k + u);
-      for (int u = 0; u < kAtOnce; ++u) other[u] = load_constant(among.particles, j[u]);
-      for (int u = 0; u < kAtOnce; ++u) {
-        const Vec3f d = other[u].x_m - x;
-        add_one(own, 0, j[u], d, dot(d, d), true);
-      }
-    }
+    for (; k + kAtOnce <= listed; k += kAtOnce) add_some<kAtOnce>(own, x, i, k, k + kAtOnce);
     TACTUS_ROLLED
-    for (; k < listed; ++k) {
-      const Index j = lists.of_one(i, k);
-      const Vec3f d = load_constant(among.particles, j).x_m - x;
-      add_one(own, 0, j, d, dot(d, d), true);
+    for (; k < listed; k += NearLists::kFour) add_some<NearLists::kFour>(own, x, i, k, listed);
+  }
+  /// Of entries k to k + kCount - 1, those before `end`.
+  template <int kCount>
+  TACTUS_HD TACTUS_ALWAYS_INLINE void add_some(Own1& own, Vec3f x, Index i, Index k, Index end) const {
+    static_assert(kCount % NearLists::kFour == 0);
+    Index j[kCount];
+    SearchParticle other[kCount];
+    for (int q = 0; q < kCount / NearLists::kFour; ++q) {
+      const NearLists::Four four = load_wide(lists.four(i, k / NearLists::kFour + q));
+      for (int u = 0; u < NearLists::kFour; ++u) j[q * NearLists::kFour + u] = four.slot[u];
+    }
+    for (int u = 0; u < kCount; ++u) other[u] = load_constant(among.particles, j[u]);
+    for (int u = 0; u < kCount; ++u) {
+      if (k + u >= end) return;
+      const Vec3f d = other[u].x_m - x;
+      add_one(own, 0, j[u], d, dot(d, d), true);
     }
   }
 
@@ -270,7 +291,7 @@ struct VisitNeighbours {
         n = min(n, most);
 #pragma omp simd
         for (int t = 0; t < kVisitLanes; ++t) list[n + t] = first + kSetBits.of[near][t];
-        n += std::popcount(near);
+        n += popcount(near);
       }
     }
     if (n >= most) {
@@ -380,7 +401,7 @@ struct VisitNeighbours {
       near |= dx * dx + dy * dy + dz * dz <= reach_m2 ? 1U << t : 0U;
     }
     for (; near != 0; near &= near - 1) {
-      const int t = std::countr_zero(near);
+      const int t = lowest_bit(near);
       const Vec3f d{x.x - at.x[t], x.y - at.y[t], x.z - at.z[t]};
       add_one(own, t, j, d, dot(d, d), true);
     }
