@@ -9,7 +9,9 @@
 ///   k_i     = max(0, k_i + omega (rho_i + dt Drho_i - rho0) / (dt D_i)).
 ///
 /// The second is a fixed number of Jacobi iterations. They begin with the k that the last step kept, and go
-/// on by half of their last change (Nesterov 1983): two in place of three.
+/// on by half of their last change (Nesterov 1983): two in place of three. With omega and the momentum beta
+/// they converge for eigenvalues of the matrix over its diagonal D up to (2 + 2 beta) / (1 + 2 beta) / omega:
+/// 3. Few particles that are squeezed have larger ones.
 #include "tactus/fluid/shear_kernels.h"
 #include "tactus/fluid/tension_kernels.h"
 #include "tactus/fluid/wall_kernels.h"
@@ -275,6 +277,9 @@ struct DfsphVelocity {
 /// One Jacobi step of all k.
 struct DfsphPressure {
   static constexpr float kMomentum = 0.5F;
+  /// Liquid of more than so many rho0 is squeezed: k takes smaller steps there, without momentum (eigenvalues
+  /// up to 6.7). Else what implodes under its tension stays pressed together, at up to eleven rho0.
+  static constexpr float kSqueezed = 1.03F, kCareful = 0.6F;
   /// The relative density error that a step may undo: liquid that is squeezed more, in a cut that shuts, must
   /// not be shot out of it. An error e that is undone in dt gives neighbours the speed e d / (3 dt). So e may
   /// grow with dt: the speed is that of 0.1 in the shortest step, 0.4 d / v_max.
@@ -326,11 +331,12 @@ struct DfsphPressure {
     const Vec3f v{own.vx[t], own.vy[t], own.vz[t]};
     const float push = v_star[i].push, rate = liquid.mass_kg * liquid.kernel.slope_scale_1_m5() * own.sum[t] +
                                               wall_rate(liquid, walls, i, v, kappa_v[i] + push);
-    const float rho0 = liquid.density_kg_m3,
-                excess = min(density_kg_m3[i], (1.F + most_mended(liquid, time.dt_s)) * rho0) - rho0 +
-                         time.dt_s * rate;
-    const float k = max(0.F, push + kJacobiRelaxation * excess * alpha[i] / time.dt_s);
-    v_star[i].push = is_last ? k : max(0.F, k + kMomentum * (k - found[i]));
+    const float rho0 = liquid.density_kg_m3, rho = density_kg_m3[i],
+                excess = min(rho, (1.F + most_mended(liquid, time.dt_s)) * rho0) - rho0 + time.dt_s * rate;
+    const bool is_squeezed = rho > kSqueezed * rho0;
+    const float omega = is_squeezed ? kCareful * kJacobiRelaxation : kJacobiRelaxation,
+                k = max(0.F, push + omega * excess * alpha[i] / time.dt_s);
+    v_star[i].push = is_last || is_squeezed ? k : max(0.F, k + kMomentum * (k - found[i]));
     found[i] = k;
   }
 };

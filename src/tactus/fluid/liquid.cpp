@@ -342,9 +342,9 @@ void Liquid::end_frame() {
                      CountLayers{{settings_.box_m}, part.x_m.const_view(), part.layers.view()});
   });
   split_.barrier().meet();
-  devices_.context(0).parallel_for(
-      "fluid/merge", wall_impulse_.size(),
-      MergeParts{parts_[0].shown_by.const_view(), wall_impulse_.view(), report_.view()});
+  devices_.context(0).parallel_for("fluid/merge", wall_impulse_.size(),
+                                   MergeParts{parts_[0].shown_by.const_view(), constants_.impulse_unit_N_s,
+                                              wall_impulse_.view(), report_.view()});
 }
 
 void Liquid::balance(std::span<const std::vector<Index>> layers) {

@@ -27,7 +27,8 @@ struct LiquidConstants {
   float closest_m = 0;      ///< no particle's middle is nearer to a wall
   float tension_N_m = 0;    ///< sigma
   float contact_cos = 0, contact_sin = 1;
-  CarreauLaw thinning;  ///< where viscosity depends on the shear rate
+  float impulse_unit_N_s = 0;  ///< of sums of impulses on walls; a power of two
+  CarreauLaw thinning;         ///< where viscosity depends on the shear rate
 
   /// 1 / r, and something finite of a particle and itself.
   TACTUS_HD float inverse_distance_1_m(float r2_m2) const {

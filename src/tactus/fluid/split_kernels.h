@@ -193,6 +193,7 @@ struct CountLayers {
 /// Merges the reports of all parts and their impulses on walls. Thread: owner of walls.
 struct MergeParts {
   View<const LiquidShown> shown;
+  float unit_N_s;  ///< of WallSums
   View<Vec3f> impulse_N_s;
   View<LiquidReport> report;
   TACTUS_HD void operator()(Index owner) const {
@@ -200,7 +201,7 @@ struct MergeParts {
     for (Index part = 0; part < shown.size(); ++part) {
       for (int a = 0; a < 3; ++a) total.impulse[a] += shown[part].wall_totals[owner].impulse[a];
     }
-    impulse_N_s[owner] = total.value();
+    impulse_N_s[owner] = total.value(unit_N_s);
     if (owner != 0) return;
     LiquidReport all;
     for (Index part = 0; part < shown.size(); ++part) {

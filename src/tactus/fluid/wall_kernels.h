@@ -6,23 +6,25 @@
 
 namespace tactus {
 
-/// Impulses on walls, as integers: in any order, the same sums.
+/// Impulses on walls, as integers: in any order, the same sums. They are in units of the liquid's own
+/// (LiquidConstants::impulse_unit_N_s), so that neither a drop's are rounded nor a lake's are too large.
 struct WallSums {
-  static constexpr float kUnit = 1.F / (1ULL << 48);  ///< [N s]
   std::uint64_t impulse[3] = {};
-  TACTUS_HD void add_atomically(Vec3f impulse_N_s) {
-    for (int a = 0; a < 3; ++a) atomic_add(impulse[a], units(impulse_N_s[a]));
+  TACTUS_HD void add_atomically(Vec3f impulse_N_s, float unit_N_s) {
+    for (int a = 0; a < 3; ++a) atomic_add(impulse[a], units(impulse_N_s[a] / unit_N_s));
   }
-  TACTUS_HD Vec3f value() const {
-    const auto of = [](std::uint64_t u) { return kUnit * static_cast<float>(static_cast<std::int64_t>(u)); };
+  TACTUS_HD Vec3f value(float unit_N_s) const {
+    const auto of = [&](std::uint64_t u) {
+      return unit_N_s * static_cast<float>(static_cast<std::int64_t>(u));
+    };
     return {of(impulse[0]), of(impulse[1]), of(impulse[2])};
   }
 
  private:
-  TACTUS_HD static std::uint64_t units(float value) {
-    constexpr float kMost = 1.6e4F;  // N s: 2^62 units
-    if (value != value) return 0;
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(clamp(value, -kMost, kMost) / kUnit));
+  TACTUS_HD static std::uint64_t units(float units) {
+    constexpr float kMost = 4.6e18F;  // 2^62
+    if (units != units) return 0;
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(clamp(units, -kMost, kMost)));
   }
 };
 
@@ -143,7 +145,8 @@ struct LiquidStepped {
       const Vec3f impulse_N_s = -liquid.mass_kg * correction;
       walls.at(i, k).impulse_N_s = impulse_N_s;
       constexpr Index kCopies = WallSumsCopy::kOfEach;
-      wall_sums[wall.collider * kCopies + i % kCopies].sums.add_atomically(impulse_N_s);
+      wall_sums[wall.collider * kCopies + i % kCopies].sums.add_atomically(impulse_N_s,
+                                                                           liquid.impulse_unit_N_s);
     }
   }
 };
