@@ -162,7 +162,8 @@ LiquidStepped Liquid::stepped(LiquidPart& part) const {
           LiquidEnds{settings_.box_m, settings_.open_faces, part.sinks.const_view(),
                      View<std::uint32_t>(&part.counters.view().data()->taken, 1)},
           part.wall_sums.view(),
-          part.shear_m2_s.const_view()};
+          part.shear_m2_s.const_view(),
+          part.smooth.const_view()};
 }
 
 /// Sets what forces need: of the surface, from `surface`, and of a liquid that thins, from the velocities in

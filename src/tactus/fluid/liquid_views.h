@@ -13,6 +13,12 @@ struct alignas(16) LiquidMotion {
   float push = 0;  ///< p / rho^2 [m^5 / (kg s^2)]
 };
 
+/// A surface as particles see it.
+struct alignas(16) LiquidNormal {
+  Vec3f n;         ///< into the liquid, unit; before it is smoothed g d over sum_j V W
+  float size = 0;  ///< |m| d; 0 inside the liquid
+};
+
 /// Numbers that follow from the settings.
 struct LiquidConstants {
   SmoothingKernel kernel;

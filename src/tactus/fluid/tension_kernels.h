@@ -20,12 +20,6 @@
 
 namespace tactus {
 
-/// A surface as particles see it.
-struct alignas(16) LiquidNormal {
-  Vec3f n;         ///< into the liquid, unit; before it is smoothed g d over sum_j V W
-  float size = 0;  ///< |m| d; 0 inside the liquid
-};
-
 /// g of particle i. @param slopes sum_j -W' / r d, over slope_scale_1_m5() @param shapes sum_j W, over
 /// scale_1_m3()
 TACTUS_HD inline LiquidNormal surface_of(const LiquidConstants& liquid, const NearWalls& walls, Index i,

@@ -99,7 +99,8 @@ struct LiquidStepped {
   View<Index> id;
   LiquidEnds ends;
   View<WallSumsCopy> wall_sums;
-  View<const float> shear_m2_s = {};  ///< by slot of the search; empty: that of all
+  View<const float> shear_m2_s = {};      ///< by slot of the search; empty: that of all
+  View<const LiquidNormal> surface = {};  ///< smoothed (SmoothNormals); empty: without surface tension
 
   /// @param push dt p / rho^2 @param before the velocity at the begin of the step @param v at its end,
   /// without the forces of walls
@@ -113,6 +114,16 @@ struct LiquidStepped {
   }
 
  private:
+  /// With which the line where the surface meets a wall pulls it: sigma sin(contact angle) per length. The
+  /// particle's share of the surface has the area 2 V |m|, and the line is the surface's part in the layer d
+  /// beside the wall, over d / sin.
+  TACTUS_HD float pull_N(const LiquidConstants& liquid, const NearWall& wall, Index i) const {
+    if (surface.empty() || wall.is_beside()) return 0;
+    const float layer = max(0.F, 1.F - 0.5F * wall.distance_m / liquid.spacing_m);
+    const LiquidNormal at = surface[i];
+    const float line_m = layer * 2 * liquid.spacing_m * at.size * length(at.n - dot(at.n, wall.n) * wall.n);
+    return liquid.tension_N_m * liquid.contact_sin * line_m;
+  }
   TACTUS_HD void meet(const LiquidConstants& liquid, const NearWalls& walls, Index i, float push,
                       Vec3f before, const StepTime& time, Vec3f& v, Vec3f& put_back) const {
     const float dt_s = time.dt_s;
@@ -142,7 +153,7 @@ struct LiquidStepped {
         const float left = liquid.closest_m - (wall.distance_m + dt_s * max(approach, 0.F));
         put_back += clamp(left, 0.F, kFarthestBack * liquid.spacing_m) / (1.F + yields) * wall.n;
       }
-      const Vec3f impulse_N_s = -liquid.mass_kg * correction;
+      const Vec3f impulse_N_s = dt_s * pull_N(liquid, wall, i) * wall.n - liquid.mass_kg * correction;
       walls.at(i, k).impulse_N_s = impulse_N_s;
       constexpr Index kCopies = WallSumsCopy::kOfEach;
       wall_sums[wall.collider * kCopies + i % kCopies].sums.add_atomically(impulse_N_s,
