@@ -274,8 +274,8 @@ class LiftOfCube : public ::testing::TestWithParam<CubeUnderWater> {};
 
 /// A cube under water is lifted by the weight of what it displaces: within 5 %, with capacity for eight
 /// layers of water round it. With four, it is lifted by up to a tenth more, as layers beside walls bear more
-/// across than along themselves, and of four all are beside one. (These bounds are not derived.) Floor and cube
-/// together bear the weight of the liquid, but for what still swings.
+/// across than along themselves, and of four all are beside one. (These bounds are not derived.) Floor and
+/// cube together bear the weight of the liquid, but for what still swings.
 TEST_P(LiftOfCube, IsTheWeightOfTheWater) {
   const auto [n, capacity_d, bound] = GetParam();
   if (n > 6 && std::getenv("TACTUS_LONG_TESTS") == nullptr)
@@ -335,6 +335,22 @@ TEST(LiquidScene, TellsWhenTheOldestLeave) {
   const auto notice = std::find_if(report.notices.begin(), report.notices.end(), is_full);
   ASSERT_NE(notice, report.notices.end());
   EXPECT_NE(notice->remedy.find("fluid.max_particles"), std::string::npos);
+}
+
+/// d^2 / (8 nu) is 5.3e-5 s, and 0.4 d / v_max 4e-3 s.
+TEST(LiquidScene, TellsOfStepsThatViscosityMakesShort) {
+  for (const double viscosity_pa_s : {10.0, 1000.0}) {
+    Scene scene = pool_scene();
+    scene.fluid->viscosity_pa_s = viscosity_pa_s;
+    DeviceSet devices("cpu");
+    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
+    const std::vector<Notice> notices = simulation.step(nullptr, 0).notices;
+    const auto is_short = [](const Notice& n) {
+      return n.code == "liquid.short_steps" &&
+             n.text.find("'fluid.viscosity_pa_s' 1000") != std::string::npos;
+    };
+    EXPECT_EQ(std::count_if(notices.begin(), notices.end(), is_short), viscosity_pa_s > 10 ? 1 : 0);
+  }
 }
 
 /// 5e8 particles would take 22 GB. The message has the exact count of the lattice, 1000 x 500 x 1000, and a

@@ -135,6 +135,21 @@ void SceneLiquid::refuse_blocks(double count) const {
                     number_text(std::ceil(coarser_m * 1e5) / 1e5) + ", or make the blocks smaller");
 }
 
+/// Viscosity that needs steps a tenth as long as the liquid's speed does costs ten times the time.
+void SceneLiquid::tell_of_short_steps() {
+  const LiquidConstants& liquid = liquid_.constants();
+  const float step_s = liquid_.largest_step_s(), d = liquid.spacing_m;
+  if (step_s > 0.1F * 0.4F * d / liquid.max_speed_m_s) return;
+  const bool thins = description_.viscosity == LiquidViscosity::carreau;
+  const std::string key = thins ? "'fluid.zero_shear_viscosity_pa_s'" : "'fluid.viscosity_pa_s'";
+  first_notices_.push_back(
+      {"liquid.short_steps", Severity::warning,
+       "the liquid takes " + number_text(std::ceil(1 / double{step_s})) + " steps a second: " + key + " " +
+           number_text(thins ? description_.zero_shear_viscosity_pa_s : description_.viscosity_pa_s) +
+           " is large for 'fluid.spacing_m' " + number_text(double{d}),
+       "lower " + key + " (honey has 10), or raise 'fluid.spacing_m'"});
+}
+
 SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
                          const std::vector<std::unique_ptr<SoftBody>>& bodies,
                          std::span<const ObstacleDescription> obstacles)
@@ -160,6 +175,7 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
                                     " m: it may leak through",
                                 "take a thicker obstacle, or a smaller 'fluid.spacing_m'"});
   }
+  if (description_.solver == LiquidModel::dfsph) tell_of_short_steps();
   liquid_.place(particles);
   for (const LiquidParticle& p : particles) {
     LiquidReport one{.here = 1, .fastest_m_s = length(p.v_m_s), .low_m = p.x_m, .high_m = p.x_m};

@@ -136,6 +136,7 @@ class SceneLiquid {
     int in_solids = 0, in_blocks = 0;
   };
   std::vector<LiquidParticle> fill_blocks(const StillSolids& solids, LeftOut& left_out) const;
+  void tell_of_short_steps();
   [[noreturn]] void refuse_blocks(double count) const;
   void add_body(SoftBody& body, Index collider);
   void bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame);
