@@ -67,6 +67,21 @@ TEST(BoxWalls, AreThoseThatAreAddedOneByOne) {
   EXPECT_GT(full, 10);
 }
 
+/// A floor bears 0.1 s of the weight of 34 t, in the impulses of 500 particles and 40 steps; and of 1e-9 kg
+/// in as many. Each is rounded to 2^-24, and to a unit, 7e-9 m/s of a particle.
+TEST(WallSums, HoldLakesAndDrops) {
+  for (const float spacing_m : {0.4F, 0.0001F}) {
+    LiquidSettings settings;
+    settings.spacing_m = spacing_m;
+    settings.density_kg_m3 = 1060;
+    const LiquidConstants liquid = constants_of(settings);
+    WallSums sums;
+    const float each_N_s = liquid.mass_kg * 9.81F * 0.1F / 40;
+    for (int k = 0; k < 500 * 40; ++k) sums.add_atomically({0, -each_N_s, 0}, liquid.impulse_unit_N_s);
+    EXPECT_NEAR(sums.value(liquid.impulse_unit_N_s).y / (-20000 * each_N_s), 1, 1e-6);
+  }
+}
+
 TEST(SmoothingKernel, IsNormalisedAndEnds) {
   // Midpoint rule with 2000 steps: its error is below (2/2000)^2 / 24 times a second derivative of order 10.
   double integral = 0, viscous = 0, friction = 0;

@@ -92,28 +92,6 @@ TEST_P(LiquidOn, HasTheSameBits) {
 class LiquidPool : public ::testing::TestWithParam<LiquidSolver> {};
 INSTANTIATE_TEST_SUITE_P(Solvers, LiquidPool, ::testing::ValuesIn(kSolvers));
 
-/// 33 t of water on a floor, and 0.1 s of their weight: sums of impulses on walls hold a lake's, too. To 2 %,
-/// as it still swings.
-TEST(Lake, WeighsWhatItWeighs) {
-  const float d = 0.4F;
-  const Vec3f size_m{10 * d, 5 * d, 10 * d};
-  DeviceSet set("cpu");
-  Liquid liquid(set, pool_settings(d, size_m));
-  liquid.place(fill_box({{0, 0, 0}, size_m}, d));
-  const float dt_s = liquid.largest_step_s();
-  const auto impulse_N_s = [&](int steps) {
-    for (int i = 0; i < steps; ++i) liquid.step({.dt_s = dt_s, .gravity_m_s2 = kGravity});
-    return wall_impulses_N_s(set.context(0), liquid);
-  };
-  const int steps = static_cast<int>(0.1F / dt_s) + 1;
-  impulse_N_s(40 * steps);
-  float sum_N_s = 0;
-  for (int k = 0; k < 20; ++k)
-    for (const Vec3f wall : impulse_N_s(steps)) sum_N_s += wall.y;
-  const float weight_N = 500 * liquid.constants().mass_kg * kGravity.y;
-  EXPECT_NEAR(sum_N_s / (weight_N * 20 * static_cast<float>(steps) * dt_s), 1, 0.02);
-}
-
 /// A pool of 12 spacings comes to rest: 1.2 s, with TACTUS_LONG_TESTS=1 10 s.
 TEST_P(LiquidPool, Rests) {
   const float d = 0.01F;

@@ -165,6 +165,27 @@ TEST(LiquidScene, TallColumnsRest) {
   for (const float density_kg_m3 : {1003.7F, 1004.81F, 1005.55F}) check_column(density_kg_m3, 240);
 }
 
+/// d^2 / (8 nu) is 1.3e-5 s at 1000 Pa s, and 0.4 d / v_max 4e-3 s.
+TEST(LiquidScene, TellsOfStepsThatViscosityMakesShort) {
+  for (const double viscosity_pa_s : {10.0, 1000.0}) {
+    Scene scene;
+    LiquidDescription& pool = add_liquid(scene);
+    pool.spacing_m = 0.01;
+    pool.box = {{-0.05, 0, -0.05}, {0.05, 0.3, 0.05}};
+    pool.blocks.push_back({{{-0.05, 0, -0.05}, {0.05, 0.05, 0.05}}, {}});
+    pool.max_speed_m_s = 1;
+    pool.viscosity_pa_s = viscosity_pa_s;
+    DeviceSet devices("cpu");
+    test::FilmedWorld simulation(devices, scene, {}, {});
+    const std::vector<Notice> notices = simulation.step(nullptr, 0).notices;
+    const auto is_short = [](const Notice& n) {
+      return n.code == "liquid.short_steps" &&
+             n.text.find("'fluid.viscosity_pa_s' 1000") != std::string::npos;
+    };
+    EXPECT_EQ(std::count_if(notices.begin(), notices.end(), is_short), viscosity_pa_s > 10 ? 1 : 0);
+  }
+}
+
 TEST(LiquidScene, AnEmptyLiquidTakesNoStep) {
   Scene scene;
   LiquidDescription& jet = add_liquid(scene);

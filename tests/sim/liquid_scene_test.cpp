@@ -337,22 +337,6 @@ TEST(LiquidScene, TellsWhenTheOldestLeave) {
   EXPECT_NE(notice->remedy.find("fluid.max_particles"), std::string::npos);
 }
 
-/// d^2 / (8 nu) is 5.3e-5 s, and 0.4 d / v_max 4e-3 s.
-TEST(LiquidScene, TellsOfStepsThatViscosityMakesShort) {
-  for (const double viscosity_pa_s : {10.0, 1000.0}) {
-    Scene scene = pool_scene();
-    scene.fluid->viscosity_pa_s = viscosity_pa_s;
-    DeviceSet devices("cpu");
-    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
-    const std::vector<Notice> notices = simulation.step(nullptr, 0).notices;
-    const auto is_short = [](const Notice& n) {
-      return n.code == "liquid.short_steps" &&
-             n.text.find("'fluid.viscosity_pa_s' 1000") != std::string::npos;
-    };
-    EXPECT_EQ(std::count_if(notices.begin(), notices.end(), is_short), viscosity_pa_s > 10 ? 1 : 0);
-  }
-}
-
 /// 5e8 particles would take 22 GB. The message has the exact count of the lattice, 1000 x 500 x 1000, and a
 /// spacing that does: 0.1 x 0.05 x 0.1 m^3 over 40000, to the power of 1/3, is 2.32 mm.
 TEST(LiquidScene, CountsBlocksBeforeItTakesMemory) {

@@ -168,16 +168,16 @@ LiquidStepped Liquid::stepped(LiquidPart& part) const {
 
 /// Sets what forces need: of the surface, from `surface`, and of a liquid that thins, from the velocities in
 /// `motion`.
-void Liquid::measure() {
+void Liquid::prepare_forces() {
   if (settings_.surface_tension_N_m > 0) return measure_surface();
   if (!settings_.carreau) return;
   each([&](ExecContext& ctx, LiquidPart& part) {
-    part.search.visit_listed(ctx, "fluid/shear", shear(part), part.near_lists());
+    part.search.visit_listed(ctx, "fluid/shear", shear_of(part), part.near_lists());
   });
   split_.update("fluid/copy shear", &LiquidPart::shear_m2_s);
 }
 
-LiquidShear Liquid::shear(LiquidPart& part) const {
+LiquidShear Liquid::shear_of(LiquidPart& part) const {
   return {constants_, part.near_walls(), part.motion.const_view(), part.shear_m2_s.view()};
 }
 
@@ -187,7 +187,7 @@ void Liquid::measure_surface() {
     const SmoothNormals normals{constants_, part.near_walls(), part.surface.const_view(), part.smooth.view()};
     if (settings_.carreau)
       part.search.visit_listed(ctx, "fluid/normals, shear",
-                               VisitBoth<SmoothNormals, LiquidShear>{normals, shear(part)},
+                               VisitBoth<SmoothNormals, LiquidShear>{normals, shear_of(part)},
                                part.near_lists());
     else
       part.search.visit_listed(ctx, "fluid/normals", normals, part.near_lists());
@@ -242,7 +242,7 @@ void Liquid::end_weakly(const StepTime& time, const FrameOnDevices* frame) {
     if (is_timed(time)) part.timed_end.take(ctx);
   });
   split_.update("fluid/copy motion", &LiquidPart::motion);
-  measure();
+  prepare_forces();
   each([&](ExecContext& ctx, LiquidPart& part) {
     const StepTime here = of_part(time, frame, part.number);
     const View<const SearchParticle> particles = part.search.cells().particles;
@@ -273,7 +273,7 @@ void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
     if (is_timed(time)) part.timed_end.take(ctx);
   });
   split_.update("fluid/copy kappa_v", &LiquidPart::kappa_v);
-  measure();
+  prepare_forces();
   each([&](ExecContext& ctx, LiquidPart& part) {
     if (settings_.carreau)
       exert(ctx, part,

@@ -174,9 +174,9 @@ class Liquid {
   void make_emitters();
   void emit(const StepTime& time);
   void keep_youngest();
-  void measure();
+  void prepare_forces();
   void measure_surface();
-  LiquidShear shear(LiquidPart& part) const;
+  LiquidShear shear_of(LiquidPart& part) const;
   template <class Force>
   void exert(ExecContext& ctx, LiquidPart& part, const Force& force);
   void end_weakly(const StepTime& time, const FrameOnDevices* frame);

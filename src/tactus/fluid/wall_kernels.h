@@ -21,10 +21,10 @@ struct WallSums {
   }
 
  private:
-  TACTUS_HD static std::uint64_t units(float units) {
+  TACTUS_HD static std::uint64_t units(float value) {
     constexpr float kMost = 4.6e18F;  // 2^62
-    if (units != units) return 0;
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(clamp(units, -kMost, kMost)));
+    if (value != value) return 0;
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(clamp(value, -kMost, kMost)));
   }
 };
 
@@ -99,8 +99,8 @@ struct LiquidStepped {
   View<Index> id;
   LiquidEnds ends;
   View<WallSumsCopy> wall_sums;
-  View<const float> shear_m2_s = {};      ///< by slot of the search; empty: that of all
-  View<const LiquidNormal> surface = {};  ///< smoothed (SmoothNormals); empty: without surface tension
+  View<const float> shear_m2_s = {};     ///< by slot of the search; empty: that of all
+  View<const LiquidNormal> smooth = {};  ///< SmoothNormals; empty: without surface tension
 
   /// @param push dt p / rho^2 @param before the velocity at the begin of the step @param v at its end,
   /// without the forces of walls
@@ -114,13 +114,13 @@ struct LiquidStepped {
   }
 
  private:
-  /// With which the line where the surface meets a wall pulls it: sigma sin(contact angle) per length. The
-  /// particle's share of the surface has the area 2 V |m|, and the line is the surface's part in the layer d
-  /// beside the wall, over d / sin.
+  /// With which the line where the surface meets a wall pulls it: sigma sin(contact angle) per length. A
+  /// particle stands for 2 V |m| of the surface. Of a surface that stands on the wall at the angle, each d of
+  /// height has d / sin of area per length; the weights `layer` of layers at d/2 and 3 d/2 add up to one d.
   TACTUS_HD float pull_N(const LiquidConstants& liquid, const NearWall& wall, Index i) const {
-    if (surface.empty() || wall.is_beside()) return 0;
+    if (smooth.empty() || wall.is_beside()) return 0;
     const float layer = max(0.F, 1.F - 0.5F * wall.distance_m / liquid.spacing_m);
-    const LiquidNormal at = surface[i];
+    const LiquidNormal at = smooth[i];
     const float line_m = layer * 2 * liquid.spacing_m * at.size * length(at.n - dot(at.n, wall.n) * wall.n);
     return liquid.tension_N_m * liquid.contact_sin * line_m;
   }

@@ -69,11 +69,10 @@ struct LiquidDensity {
 ///
 ///   + rho0 p_wall / rho_i^2 f n - nu friction(s / d) / (s d) (v_i - v_wall)_t
 ///
-/// p_wall = p_i - rho g . n s (push_at_wall). v_wall is that of the wall if it reached to the particle:
-/// liquid that turns with its wall isn't sheared.
+/// and another acceleration a (PulledBySurface). p_wall = p_i - rho g . n s (push_at_wall). v_wall is that of
+/// the wall if it reached to the particle: liquid that turns with its wall isn't sheared.
 ///
-/// and any other acceleration a. Velocities are stepped first, then positions with the new ones:
-/// LiquidStepped.
+/// Velocities are stepped first, then positions with the new ones: LiquidStepped.
 ///
 /// @tparam kThins nu is (nu_i + nu_j) / 2
 template <bool kThins>

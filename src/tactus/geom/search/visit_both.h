@@ -9,6 +9,7 @@ namespace tactus {
 template <class A, class B>
 struct VisitBoth {
   static constexpr int kAtOnce = 4;
+  static_assert(!LoadingKernel<A> && !LoadingKernel<B>);
   template <int kLanes>
   struct Own {
     typename A::template Own<kLanes> a;
