@@ -42,6 +42,7 @@ class Wetting {
   /// In the order of a scene's frame.
   void frame() {
     film.step();
+    exchange.place(ctx_, film.surface());
     exchange.run(ctx_, film.film, film.surface(), normals_.const_view(), film.frame(), liquid.search(),
                  liquid.arrivals());
     for (int k = 0; k < steps_; ++k)

@@ -74,24 +74,27 @@ struct TakeMotion {
   }
 };
 
-/// Density, D, kappa_v of the velocities of the last step, and the largest speed relative to a neighbour or a
-/// wall in reach; and where the surface is. Where liquid is thin, in spray, nothing presses it.
-struct DfsphDensity {
+/// What a particle's neighbours bring to it, in the kernels' own units. Walls come later.
+struct alignas(16) DfsphSums {
+  Vec3f slopes;      ///< sum_j -W' / r d
+  float shapes = 0;  ///< sum_j W
+  float square = 0;  ///< sum_j (W')^2
+  float rate = 0;    ///< sum_j -W' / r (v_i - v_j) . d
+  float apart2 = 0;  ///< the largest |v_i - v_j|^2
+};
+
+/// DfsphSums, which need no more than the particles: they are made while walls still move.
+struct DfsphNeighbours {
   static constexpr int kAtOnce = 4;
-  static constexpr float kThinnest = 0.9F;  ///< over the density at rest
   template <int kLanes>
   struct Own {
     float vx[kLanes], vy[kLanes], vz[kLanes];
     float sum[kLanes], x[kLanes], y[kLanes], z[kLanes], square[kLanes], rate[kLanes], apart2[kLanes];
   };
   LiquidConstants liquid;
-  StepTime time;
-  NearWalls walls;
   View<const LiquidMotion> motion;
-  View<float> density_kg_m3, alpha, kappa_v, relative_m_s;
-  View<LiquidNormal> surface = {};  ///< with surface tension
+  View<DfsphSums> sums;
 
-  TACTUS_HD void load() { time.load(); }
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
     const Vec3f v = motion[i].v_m_s;
@@ -115,11 +118,35 @@ struct DfsphDensity {
   }
   template <int kLanes>
   TACTUS_HD void end(const Own<kLanes>& own, int t, Index i) const {
+    store_wide(
+        sums[i],
+        DfsphSums{{own.x[t], own.y[t], own.z[t]}, own.sum[t], own.square[t], own.rate[t], own.apart2[t]});
+  }
+};
+
+/// Density, D, kappa_v of the velocities of the last step, and the largest speed relative to a neighbour or a
+/// wall in reach; and where the surface is. Where liquid is thin, in spray, nothing presses it. Thread: slot.
+struct DfsphDensity {
+  static constexpr float kThinnest = 0.9F;  ///< over the density at rest
+  LiquidConstants liquid;
+  StepTime time;
+  NearWalls walls;
+  View<const Index> order;
+  View<const Index> first_copy;  ///< as VisitNeighbours
+  View<const LiquidMotion> motion;
+  View<const DfsphSums> sums;
+  View<float> density_kg_m3, alpha, kappa_v, relative_m_s;
+  View<LiquidNormal> surface = {};  ///< with surface tension
+
+  TACTUS_HD void load() { time.load(); }
+  TACTUS_HD void operator()(Index i) const {
+    if (!first_copy.empty() && order[i] >= first_copy[0]) return;
+    const DfsphSums sum = load_wide(sums[i]);
     const float m = liquid.mass_kg, rho0 = liquid.density_kg_m3, scale = m * liquid.kernel.slope_scale_1_m5();
-    const Vec3f v{own.vx[t], own.vy[t], own.vz[t]}, slopes{own.x[t], own.y[t], own.z[t]};
-    float rho = m * liquid.kernel.scale_1_m3() * own.sum[t];
-    Vec3f gradient = scale * slopes;
-    float D = sqr(scale) * own.square[t], apart2 = own.apart2[t];
+    const Vec3f v = motion[i].v_m_s;
+    float rho = m * liquid.kernel.scale_1_m3() * sum.shapes;
+    Vec3f gradient = scale * sum.slopes;
+    float D = sqr(scale) * sum.square, apart2 = sum.apart2;
     if (const Index n = walls.count[i]; n > 0) {
       rho += rho0 * WallFill::of(walls, i, liquid);
       TACTUS_ROLLED
@@ -134,13 +161,13 @@ struct DfsphDensity {
     }
     D += dot(gradient, gradient);
     const float inverse = D * sqr(liquid.spacing_m / rho0) > 1e-6F ? 1.F / D : 0.F;
-    const float rate = scale * own.rate[t] + wall_rate(liquid, walls, i, v, 0);
+    const float rate = scale * sum.rate + wall_rate(liquid, walls, i, v, 0);
     const bool presses = rho > kThinnest * rho0 && time.dt_s > 0.F && !time.settles();
     density_kg_m3[i] = rho;
     alpha[i] = inverse;
     relative_m_s[i] = tactus::sqrt(apart2);
     kappa_v[i] = presses ? max(0.F, kJacobiRelaxation * rate * inverse) : 0.F;
-    if (!surface.empty()) surface[i] = surface_of(liquid, walls, i, slopes, own.sum[t]);
+    if (!surface.empty()) surface[i] = surface_of(liquid, walls, i, sum.slopes, sum.shapes);
   }
 };
 

@@ -16,7 +16,8 @@ TACTUS_CUDA_KERNEL(
     tactus::VisitNeighbours<tactus::PulledBySurface<tactus::LiquidForce<false>>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(
     tactus::VisitNeighbours<tactus::PulledBySurface<tactus::LiquidForce<true>>, tactus::ListUse::read>);
-TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphDensity, tactus::ListUse::write>);
+TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphNeighbours, tactus::ListUse::write>);
+TACTUS_CUDA_KERNEL(tactus::DfsphDensity);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphForce<false>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(tactus::VisitNeighbours<tactus::DfsphForce<true>, tactus::ListUse::read>);
 TACTUS_CUDA_KERNEL(

@@ -153,6 +153,21 @@ void Liquid::begin_step(const StepTime& time, const FrameOnDevices* frame) {
                      FindBoxWalls{part.search.cells().particles, settings_.box_m, settings_.open_faces,
                                   constants_.kernel.reach_m(), part.near_walls()});
   });
+  if (settings_.solver == LiquidSolver::dfsph) sum_neighbours(time, frame);
+}
+
+void Liquid::sum_neighbours(const StepTime& time, const FrameOnDevices* frame) {
+  each([&](ExecContext& ctx, LiquidPart& part) {
+    ctx.parallel_for(
+        "fluid/take", part.search.placed(),
+        TakeMotion{of_part(time, frame, part.number), part.search.cells().order, part.v_m_s.const_view(),
+                   part.push.const_view(), part.motion.view(), part.found.view()});
+    if (is_timed(time)) part.timed_begin.take(ctx);
+    part.search.visit_listing(ctx, "fluid/neighbours",
+                              DfsphNeighbours{constants_, part.motion.const_view(), part.sums.view()},
+                              part.near_lists());
+    if (is_timed(time)) part.timed_end.take(ctx);
+  });
 }
 
 LiquidStepped Liquid::stepped(LiquidPart& part) const {
@@ -260,17 +275,11 @@ void Liquid::end_weakly(const StepTime& time, const FrameOnDevices* frame) {
 void Liquid::end_dfsph(const StepTime& time, const FrameOnDevices* frame) {
   const auto time_of = [&](const LiquidPart& part) { return of_part(time, frame, part.number); };
   each([&](ExecContext& ctx, LiquidPart& part) {
-    ctx.parallel_for("fluid/take", part.search.placed(),
-                     TakeMotion{time_of(part), part.search.cells().order, part.v_m_s.const_view(),
-                                part.push.const_view(), part.motion.view(), part.found.view()});
-    if (is_timed(time)) part.timed_begin.take(ctx);
-    part.search.visit_listing(
-        ctx, "fluid/density",
-        DfsphDensity{constants_, time_of(part), part.near_walls(), part.motion.const_view(),
-                     part.density_kg_m3.view(), part.alpha.view(), part.kappa_v.view(),
-                     part.relative_m_s.view(), part.surface.view()},
-        part.near_lists());
-    if (is_timed(time)) part.timed_end.take(ctx);
+    ctx.parallel_for("fluid/density", part.search.placed(),
+                     DfsphDensity{constants_, time_of(part), part.near_walls(), part.search.cells().order,
+                                  part.first_copy(), part.motion.const_view(), part.sums.const_view(),
+                                  part.density_kg_m3.view(), part.alpha.view(), part.kappa_v.view(),
+                                  part.relative_m_s.view(), part.surface.view()});
   });
   split_.update("fluid/copy kappa_v", &LiquidPart::kappa_v);
   prepare_forces();

@@ -72,9 +72,9 @@ struct LiquidView {
 
 /// Owns the particles, in slabs on the first devices of a set. Results have the same bits on every set. Call
 /// `place` before the first step. A step is asynchronous and may be recorded: nothing is allocated or read
-/// back there. Where other walls are near, call begin_step, then let the solvers that have these walls add
-/// them, for each part, to near_walls() of the particles in search(), then call end_step. After that, walls
-/// know their impulses. docs/concepts/liquid.md has the equations.
+/// back there. Where other walls are near, call begin_step, which needs the particles alone; then let the
+/// solvers that have these walls add them, for each part, to near_walls() of the particles in search(), then
+/// call end_step. After that, walls know their impulses. docs/concepts/liquid.md has the equations.
 class Liquid {
  public:
   static constexpr Index kFaces = FindBoxWalls::kFaces;
@@ -174,6 +174,7 @@ class Liquid {
   void make_emitters();
   void emit(const StepTime& time);
   void keep_youngest();
+  void sum_neighbours(const StepTime& time, const FrameOnDevices* frame);
   void prepare_forces();
   void measure_surface();
   LiquidShear shear_of(LiquidPart& part) const;

@@ -33,6 +33,7 @@ LiquidPart::LiquidPart(Device& device, Index max_particles, Index arrivals, floa
       found(device, max_particles),
       kappa_v(device, max_particles),
       relative_m_s(device, id.size()),
+      sums(device, max_particles),
       motion(device, max_particles),
       v_star(device, max_particles),
       moved(device, max_particles),

@@ -1,8 +1,8 @@
 #pragma once
 /// The part of a liquid that is on one device.
 #include "tactus/compute/time_stamp.h"
+#include "tactus/fluid/dfsph_kernels.h"
 #include "tactus/fluid/split_kernels.h"
-#include "tactus/fluid/tension_kernels.h"
 #include "tactus/geom/search/neighbour_search.h"
 
 namespace tactus {
@@ -38,6 +38,7 @@ struct LiquidPart {
   Buffer<float> alpha, found, kappa_v;  ///< dfsph
   Buffer<float> relative_m_s;           ///< dfsph: speed relative to neighbours and walls, in the last step
   Buffer<float> shear_m2_s;             ///< viscosity, of a liquid that thins
+  Buffer<DfsphSums> sums;               ///< dfsph
   Buffer<LiquidMotion> motion, v_star, moved;
   Buffer<LiquidNormal> surface, smooth;  ///< with surface tension
   Buffer<float> curvature;

@@ -11,7 +11,7 @@ namespace tactus {
 namespace {
 
 constexpr Rate kAllRates[] = {Rate::upload, Rate::capture, Rate::before, Rate::substep,
-                              Rate::paced,  Rate::after,   Rate::end};
+                              Rate::ahead,  Rate::paced,   Rate::after,  Rate::end};
 
 bool names(const std::vector<Resource>& resources, const Resource& resource) {
   return std::find(resources.begin(), resources.end(), resource) != resources.end();
@@ -40,6 +40,8 @@ const char* rate_text(Rate rate) {
       return "before the substeps";
     case Rate::substep:
       return "every substep";
+    case Rate::ahead:
+      return "ahead of steps of their own, beside substeps";
     case Rate::paced:
       return "steps of their own, among the substeps";
     case Rate::after:
@@ -55,6 +57,7 @@ Schedule::Schedule(DeviceSet& devices)
       frame_(devices),
       paced_frame_(devices),
       forked_(static_cast<std::size_t>(devices.count())) {
+  if (devices.is_cuda()) side_stream_ = std::make_unique<SideStream>(devices.context(0).device());
   recordings_.push_back(std::make_unique<Recording>());
 }
 
@@ -234,7 +237,7 @@ bool Schedule::replays() const {
 }
 
 void Schedule::record() {
-  for (const Rate rate : {Rate::capture, Rate::before, Rate::after, Rate::end}) {
+  for (const Rate rate : {Rate::capture, Rate::before, Rate::ahead, Rate::after, Rate::end}) {
     Segment& s = segment(rate);
     if (!s.groups.empty()) graph(rate).record(devices_, [&] { submit_groups(s); });
   }
@@ -307,15 +310,27 @@ void Schedule::run_substeps(int substeps, int paced) {
   const int units = substeps / unit_;
   for (int k = 0, done = 0; done < units || k < paced_;) {
     const int next = k < paced_ ? units_before(k, units, paced_) : units;
+    if (k < paced_) begin_paced();
     run_units(next - done);
     done = next;
-    for (; k < paced_ && units_before(k, units, paced_) == done; ++k) run_paced();
+    for (bool has_begun = true; k < paced_ && units_before(k, units, paced_) == done; ++k) {
+      if (!std::exchange(has_begun, false)) begin_paced();
+      run_paced();
+    }
   }
   substeps_end_.take(devices_.context(0));
   ran_substeps_ = true;
 }
 
+/// What a paced step needs ahead. In replay, it runs beside the substeps that are submitted next.
+void Schedule::begin_paced() {
+  if (!replays() || !side_stream_ || segment(Rate::ahead).groups.empty()) return run_segment(Rate::ahead);
+  graph(Rate::ahead).launch_on(side_stream_->follow(devices_.context(0)));
+  runs_beside_ = true;
+}
+
 void Schedule::run_paced() {
+  if (std::exchange(runs_beside_, false)) side_stream_->join(devices_.context(0));
   const auto& graphs = recording().paced;
   const bool is_recorded = replays() && variant_ < graphs.size() && graphs[variant_];
   if (!is_recorded) {
@@ -389,15 +404,18 @@ void Schedule::report_times(Timings& timings) {
   }
 }
 
-/// A paced stage is timed in its last step. The rest of the time is that of the substeps.
+/// A stage of a paced step is timed in its last step. The rest of the time is that of the substeps, and of
+/// what runs beside them.
 std::vector<std::pair<std::string, double>> Schedule::times_of_substeps() {
   std::vector<std::pair<std::string, double>> rows;
   double left_s = std::exchange(ran_substeps_, false) ? substeps_end_.seconds_since(substeps_begin_) : 0;
-  for (Group& group : segment(Rate::paced).groups) {
-    if (!std::exchange(group.ran, false)) continue;
-    const double seconds = std::min(left_s, paced_ * group.end.seconds_since(group.begin));
-    rows.emplace_back(group.timed_as, seconds);
-    left_s -= seconds;
+  for (const Rate rate : {Rate::ahead, Rate::paced}) {
+    for (Group& group : segment(rate).groups) {
+      if (!std::exchange(group.ran, false)) continue;
+      const double seconds = std::min(left_s, paced_ * group.end.seconds_since(group.begin));
+      rows.emplace_back(group.timed_as, seconds);
+      left_s -= seconds;
+    }
   }
   if (left_s <= 0) return rows;
   const std::vector<Group>& groups = segment(Rate::substep).groups;

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "tactus/base/timing.h"
+#include "tactus/compute/side_stream.h"
 #include "tactus/compute/time_stamp.h"
 #include "tactus/frame/frame_on_devices.h"
 #include "tactus/frame/stage.h"
@@ -28,7 +29,8 @@ struct PacedSteps {
 ///   per frame: schedule.run(params, has_new_images); schedule.finish(timings);
 ///
 /// A frame is: stages of rates upload and capture (when there are new images); before, n times substep, after
-/// (when n > 0); end. Paced step k of p comes once (k + 1) n / p substeps are done. On a GPU, the frame is
+/// (when n > 0); end. Paced step k of p comes once (k + 1) n / p substeps are done; stages of rate ahead come
+/// once after the paced step before, and run beside the substeps in between. On a GPU, the frame is
 /// recorded once the first one with images is done, or with substeps where nothing uploads any: one graph for
 /// each rate, and for substeps one for each power of two up to 16 units. A unit is as many substeps as all
 /// stages' `every` and `period` divide. Any number of substeps is a few launches of these, so nothing is
@@ -103,6 +105,7 @@ class Schedule {
   void run_segment(Rate rate);
   void run_substeps(int substeps, int paced);
   void run_units(int units);
+  void begin_paced();
   void run_paced();
   void record_paced();
   void record();
@@ -125,8 +128,9 @@ class Schedule {
   std::vector<std::unique_ptr<Recording>> recordings_;  ///< by choice
   std::size_t choice_ = 0, variant_ = 0;
   TimeStamp substeps_begin_, substeps_end_;
-  std::vector<Event> forked_;  ///< per device
-  bool closed_ = false, ran_whole_ = false, ran_substeps_ = false;
+  std::vector<Event> forked_;                ///< per device
+  std::unique_ptr<SideStream> side_stream_;  ///< on GPUs
+  bool closed_ = false, ran_whole_ = false, ran_substeps_ = false, runs_beside_ = false;
   int unit_ = 1, made_ = 1, paced_ = 0;
   double begin_s_ = 0;
 };

@@ -15,11 +15,12 @@ enum class Rate {
   capture,  ///< when new images came: the reconstruction from them
   before,   ///< once before a frame's substeps, when it has any
   substep,  ///< in every substep, or in every `every`-th
+  ahead,    ///< once for each paced step, beside the substeps before it: on a GPU, they run at the same time
   paced,    ///< in steps of its own: as many as the frame asks for, spread evenly over its substeps
   after,    ///< once after a frame's substeps, when it has any
   end,      ///< at the end of every frame
 };
-inline constexpr int kRates = 7;
+inline constexpr int kRates = 8;
 const char* rate_text(Rate rate);
 
 /// Which devices of the set a stage submits to. A stage for all of them orders its own parts.

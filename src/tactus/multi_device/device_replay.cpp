@@ -45,6 +45,8 @@ void DeviceGraph::launch(DeviceSet& devices) {
   each_other(devices, [&](ExecContext& ctx, std::size_t) { ctx.wait(done_); });
 }
 
+void DeviceGraph::launch_on(ExecContext& ctx) { ctx.launch(*graph_); }
+
 void DeviceReplay::run(DeviceSet& devices, const std::function<void()>& stage) {
   if (devices.context(0).is_recording()) return stage();
   if (!devices.is_cuda() || is_profiling(devices) || runs_++ == 0) return stage();

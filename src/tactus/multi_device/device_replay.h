@@ -15,6 +15,8 @@ class DeviceGraph {
   bool is_recorded() const { return graph_.has_value(); }
   /// All contexts wait for one another before it and after it.
   void launch(DeviceSet& devices);
+  /// On a stream of the first device that waits for all that the work needs, and for which others wait.
+  void launch_on(ExecContext& ctx);
 
  private:
   std::optional<Graph> graph_;

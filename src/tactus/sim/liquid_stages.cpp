@@ -6,11 +6,10 @@
 
 namespace tactus {
 
-void SceneLiquid::step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2) {
+void SceneLiquid::end_step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2) {
   // A step comes after the substep that was last done: the real surface is where it was then.
   constexpr int kLastDone = -1;
   const StepTime time{.gravity_m_s2 = gravity_m_s2};
-  liquid_.begin_step(time, &frame);
   for (const Felt& felt : bodies_)
     felt.walls->pose([&](int p) -> const NeighbourSearch& { return liquid_.search(p); });
   for (int p = 0; p < liquid_.part_count(); ++p) {
@@ -48,13 +47,22 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
                     for (Felt& felt : bodies_)
                       if (felt.wounds) bleed(felt, world.part(0), frame.view(0));
                   }});
+  // The particles alone: bodies move meanwhile.
+  schedule.add({.name = "liquid/neighbours",
+                .timed_as = "liquid",
+                .rate = Rate::ahead,
+                .devices = devices,
+                .updates = {"liquid"},
+                .submit = [this, &paced = schedule.paced_frame(), gravity_m_s2](BlockPlace) {
+                  liquid_.begin_step({.gravity_m_s2 = gravity_m_s2}, &paced);
+                }});
   schedule.add({.name = "liquid/step",
                 .timed_as = "liquid",
                 .rate = Rate::paced,
                 .devices = devices,
                 .updates = moved,
                 .submit = [this, &world, &paced = schedule.paced_frame(), gravity_m_s2](BlockPlace) {
-                  step(world, paced, gravity_m_s2);
+                  end_step(world, paced, gravity_m_s2);
                 }});
   schedule.add({.name = "liquid/end",
                 .timed_as = "end",

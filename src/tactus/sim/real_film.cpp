@@ -52,30 +52,40 @@ void RealFilm::carry() {
   ctx_.parallel_for("film/tag real", carry_.new_vertices(), TagRealFilm{of, carry_.tags()});
 }
 
-void RealFilm::link() {
-  carry_.link(ctx_, mesh_(), wanted_.const_view());
-  ctx_.parallel_for("film/tag real", carry_.new_vertices(),
-                    TagRealFilm{real_.vertex_motions(), carry_.tags()});
+void RealFilm::link(ExecContext& ctx) {
+  carry_.link(ctx, mesh_(), wanted_.const_view());
+  ctx.parallel_for("film/tag real", carry_.new_vertices(),
+                   TagRealFilm{real_.vertex_motions(), carry_.tags()});
 }
 
-void RealFilm::run(View<const FrameParams> frame, Liquid& liquid) {
-  const VertexMotions of = real_.vertex_motions();
-  const LiquidArrivals particles = liquid.arrivals();
-  ctx_.parallel_for("film/find real", 1, FindRealFilm{film_.sums(), carry_.waiting(), wanted_.view()});
-  ctx_.parallel_for("film/near real", liquid.search().placed(),
-                    FindNearRealFilm{View<const Vec3f>(particles.x_m), of, frame, near_m_, wanted_.view()});
-  link();
-  ctx_.parallel_for(
-      "film/count real", 1,
-      CountRealFilm{wanted_.const_view(), carry_.vertices(), carry_.triangles(), counts_.view()});
+/// As it moves in this frame.
+FilmSurface RealFilm::surface() const {
   FilmSurface surface = carry_.surface(mesh_(), x_m_.const_view());
   surface.vertices = {counts_.const_view().part(0, 1), x_m_.size()};
   surface.triangles = {counts_.const_view().part(1, 1), surface.triangles.capacity};
-  ctx_.parallel_for("film/pose real", surface.vertices,
-                    PoseRealFilm{of, frame, std::as_const(carry_).tags(), carry_.x_m(), carry_.normals(),
-                                 x_m_.view(), normal_.view(), exchange_.last_places_m()});
-  film_.step(ctx_, surface, frame);
-  exchange_.run(ctx_, film_, surface, normal_.const_view(), frame, liquid.search(), particles);
+  return surface;
+}
+
+void RealFilm::flow(ExecContext& ctx, View<const FrameParams> frame, Liquid& liquid) {
+  const VertexMotions of = real_.vertex_motions();
+  ctx.parallel_for("film/find real", 1, FindRealFilm{film_.sums(), carry_.waiting(), wanted_.view()});
+  ctx.parallel_for(
+      "film/near real", liquid.search().placed(),
+      FindNearRealFilm{View<const Vec3f>(liquid.arrivals().x_m), of, frame, near_m_, wanted_.view()});
+  link(ctx);
+  ctx.parallel_for(
+      "film/count real", 1,
+      CountRealFilm{wanted_.const_view(), carry_.vertices(), carry_.triangles(), counts_.view()});
+  const FilmSurface surface = this->surface();
+  ctx.parallel_for("film/pose real", surface.vertices,
+                   PoseRealFilm{of, frame, std::as_const(carry_).tags(), carry_.x_m(), carry_.normals(),
+                                x_m_.view(), normal_.view(), exchange_.last_places_m()});
+  film_.step(ctx, surface, frame);
+  exchange_.place(ctx, surface);
+}
+
+void RealFilm::exchange(View<const FrameParams> frame, Liquid& liquid) {
+  exchange_.run(ctx_, film_, surface(), normal_.const_view(), frame, liquid.search(), liquid.arrivals());
   film_.sum(ctx_);
 }
 
@@ -102,7 +112,7 @@ void RealFilm::archive(StateArchive& a) {
     const std::vector<Index> one{1};
     ctx_.upload(one, wanted_.view());
     ctx_.synchronize();
-    link();
+    link(ctx_);
     ctx_.synchronize();
   });
   film_.archive(ctx_, a, stain);

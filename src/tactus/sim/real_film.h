@@ -31,8 +31,10 @@ class RealFilm {
 
   /// After the real surface has taken over a new mesh: the film goes there.
   void carry();
-  /// Before a frame's substeps: the film flows, and exchanges with particles.
-  void run(View<const FrameParams> frame, Liquid& liquid);
+  /// Before a frame's substeps: the film flows. @param ctx the film's own, or a stream beside it
+  void flow(ExecContext& ctx, View<const FrameParams> frame, Liquid& liquid);
+  /// After that, it exchanges with particles.
+  void exchange(View<const FrameParams> frame, Liquid& liquid);
   void set_gravity_m_s2(float gravity_m_s2) { exchange_.set_gravity_m_s2(gravity_m_s2, film_); }
   void add_readback(Readback& readback);
   /// Adds the film that lies there, and that which waits for the surface.
@@ -43,7 +45,8 @@ class RealFilm {
   WetObstacle wet() const;
 
  private:
-  void link();
+  void link(ExecContext& ctx);
+  FilmSurface surface() const;
 
   ExecContext& ctx_;
   const RealSurface& real_;

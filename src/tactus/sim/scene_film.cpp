@@ -44,7 +44,8 @@ SceneFilm::SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid)
     : ctx_(ctx),
       liquid_(liquid),
       gravity_m_s2_(puddle_gravity_m_s2(scene.gravity_m_s2)),
-      drying_m_s_(static_cast<float>(scene.fluid->film_drying_m_s)) {}
+      drying_m_s_(static_cast<float>(scene.fluid->film_drying_m_s)),
+      real_beside_(ctx.device()) {}
 
 FilmSurface SceneFilm::surface_of(const SoftBody* body) const {
   if (body == nullptr) return obstacles_->surface();
@@ -78,6 +79,7 @@ SceneFilm::Coat& SceneFilm::add_coat(const FilmSurface& surface, Index most_inci
   exchange.reach_m = reach_m;
   exchange.is_still = is_still;
   coat.exchange = std::make_unique<FilmExchange>(ctx_, exchange, *coat.film);
+  coat.beside = std::make_unique<SideStream>(ctx_.device());
   if (is_still)
     coat.exchange->start(ctx_, surface);
   else
@@ -133,10 +135,7 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
               .timed_as = "film",
               .rate = Rate::before,
               .updates = {"liquid"},
-              .submit = [this, &frame = schedule.frame()](BlockPlace) {
-                for (Coat& coat : coats_) run(coat, frame.view(0));
-                if (real_) real_->run(frame.view(0), liquid_);
-              }};
+              .submit = [this, &frame = schedule.frame()](BlockPlace) { run(frame.view(0)); }};
   for (Coat& coat : coats_) {
     if (coat.body != nullptr) stage.reads_last.push_back(coat.body->resources().surface);
     coat.sums = readback.add(coat.film->sums());
@@ -153,12 +152,27 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
                 .submit = [this](BlockPlace) { real_->carry(); }});
 }
 
-void SceneFilm::run(Coat& coat, View<const FrameParams> frame) {
+/// Films flow side by side, as each is some eighty small kernels, then exchange with particles one by one.
+void SceneFilm::run(View<const FrameParams> frame) {
+  if (real_) real_->flow(real_beside_.follow(ctx_), frame, liquid_);
+  for (Coat& coat : coats_) flow(coat.beside->follow(ctx_), coat, frame);
+  for (Coat& coat : coats_) coat.beside->join(ctx_);
+  if (real_) real_beside_.join(ctx_);
+  for (Coat& coat : coats_) exchange(coat, frame);
+  if (real_) real_->exchange(frame, liquid_);
+}
+
+void SceneFilm::flow(ExecContext& ctx, Coat& coat, View<const FrameParams> frame) {
   const FilmSurface surface = surface_of(coat.body);
+  coat.film->step(ctx, surface, frame);
+  coat.exchange->place(ctx, surface);
+}
+
+void SceneFilm::exchange(Coat& coat, View<const FrameParams> frame) {
   const View<const Vec3f> normals =
       coat.body != nullptr ? coat.body->surface().normal_buffer() : obstacles_->normals();
-  coat.film->step(ctx_, surface, frame);
-  coat.exchange->run(ctx_, *coat.film, surface, normals, frame, liquid_.search(), liquid_.arrivals());
+  coat.exchange->run(ctx_, *coat.film, surface_of(coat.body), normals, frame, liquid_.search(),
+                     liquid_.arrivals());
   coat.film->sum(ctx_);
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tactus/compute/side_stream.h"
 #include "tactus/fluid/film/film_exchange.h"
 #include "tactus/fluid/liquid.h"
 #include "tactus/fluid/liquid_report.h"
@@ -57,6 +58,7 @@ class SceneFilm {
     SoftBody* body = nullptr;  ///< nullptr: obstacles
     std::unique_ptr<Film> film;
     std::unique_ptr<FilmExchange> exchange;
+    std::unique_ptr<SideStream> beside;  ///< where it flows
     Readback::Place sums, ledger;
     Index vertices = 0;  ///< of the surface, at the last cut
   };
@@ -66,7 +68,9 @@ class SceneFilm {
                  bool is_still);
   FilmSettings film_settings() const;
   FilmExchangeSettings exchange_settings() const;
-  void run(Coat& coat, View<const FrameParams> frame);
+  void run(View<const FrameParams> frame);
+  void flow(ExecContext& ctx, Coat& coat, View<const FrameParams> frame);
+  void exchange(Coat& coat, View<const FrameParams> frame);
   void add_wet_obstacles(std::span<const Rigidd> T_world, std::vector<WetObstacle>& all) const;
 
   ExecContext& ctx_;
@@ -75,6 +79,7 @@ class SceneFilm {
   std::vector<Coat> coats_;
   std::unique_ptr<FilmObstacles> obstacles_;  ///< those of the coat without a body
   std::unique_ptr<RealFilm> real_;
+  SideStream real_beside_;
 };
 
 }  // namespace tactus

@@ -81,6 +81,10 @@ void FilmExchange::archive(ExecContext& ctx, StateArchive& a) {
   a.buffer(ctx, "film's ledger", ledger_);
 }
 
+void FilmExchange::place(ExecContext& ctx, const FilmSurface& surface) {
+  if (!settings_.is_still) vertices_.build(ctx, surface.x_m, {}, surface.vertices);
+}
+
 void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface, View<const Vec3f> normals,
                        View<const FrameParams> frame, const NeighbourSearch& search,
                        const LiquidArrivals& liquid) {
@@ -92,7 +96,6 @@ void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface,
 
 void FilmExchange::take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
                         const LiquidArrivals& liquid) {
-  if (!settings_.is_still) vertices_.build(ctx, skin.surface.x_m, {}, skin.surface.vertices);
   search.visit(ctx, "film/touch", vertices_,
                FindFilmVertex{law_, skin, vertices_.cells().order, View<const Vec3f>(liquid.x_m),
                               View<const Vec3f>(liquid.v_m_s), target_.view(), layers_.view()});

@@ -32,6 +32,8 @@ class FilmExchange {
   View<Vec3f> last_places_m() { return last_x_m_.view(); }
   /// All that later frames depend on. Synchronizes. @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);
+  /// Before run(): finds the places of the vertices, whatever the liquid does.
+  void place(ExecContext& ctx, const FilmSurface& surface);
   /// @param normals of the vertices, unit, outward
   /// @param search of the liquid's last step
   void run(ExecContext& ctx, Film& film, const FilmSurface& surface, View<const Vec3f> normals,
