@@ -79,7 +79,8 @@ class Walls {
     ctx_.fill_bytes(count_.view(), 0);
     ctx_.fill_bytes(near_.view(), 0);
     ctx_.fill_bytes(v_.view(), 0);
-    walls_.pose([&](int part) -> const NeighbourSearch& { return part == 0 ? search_ : none_; });
+    walls_.begin([&](int part) -> const NeighbourSearch& { return part == 0 ? search_ : none_; });
+    walls_.pose();
     walls_.find_walls(0, search_, near());
     std::vector<Index> order(points_m.size()), counts(points_m.size());
     std::vector<NearWall> found(kNearWalls * points_m.size());

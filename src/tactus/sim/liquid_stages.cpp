@@ -6,12 +6,18 @@
 
 namespace tactus {
 
+/// What needs the particles alone: bodies move meanwhile.
+void SceneLiquid::begin_step(const FrameOnDevices& frame, Vec3f gravity_m_s2) {
+  liquid_.begin_step({.gravity_m_s2 = gravity_m_s2}, &frame);
+  for (const Felt& felt : bodies_)
+    felt.walls->begin([&](int p) -> const NeighbourSearch& { return liquid_.search(p); });
+}
+
 void SceneLiquid::end_step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2) {
   // A step comes after the substep that was last done: the real surface is where it was then.
   constexpr int kLastDone = -1;
   const StepTime time{.gravity_m_s2 = gravity_m_s2};
-  for (const Felt& felt : bodies_)
-    felt.walls->pose([&](int p) -> const NeighbourSearch& { return liquid_.search(p); });
+  for (const Felt& felt : bodies_) felt.walls->pose();
   for (int p = 0; p < liquid_.part_count(); ++p) {
     const ContactOnDevices::Part& solid = world.part(p);
     const NeighbourSearch& search = liquid_.search(p);
@@ -47,23 +53,20 @@ void SceneLiquid::add_stages(Schedule& schedule, Readback& readback, ContactOnDe
                     for (Felt& felt : bodies_)
                       if (felt.wounds) bleed(felt, world.part(0), frame.view(0));
                   }});
-  // The particles alone: bodies move meanwhile.
+  const FrameOnDevices& paced = schedule.paced_frame();
   schedule.add({.name = "liquid/neighbours",
                 .timed_as = "liquid",
                 .rate = Rate::ahead,
                 .devices = devices,
                 .updates = {"liquid"},
-                .submit = [this, &paced = schedule.paced_frame(), gravity_m_s2](BlockPlace) {
-                  liquid_.begin_step({.gravity_m_s2 = gravity_m_s2}, &paced);
-                }});
-  schedule.add({.name = "liquid/step",
-                .timed_as = "liquid",
-                .rate = Rate::paced,
-                .devices = devices,
-                .updates = moved,
-                .submit = [this, &world, &paced = schedule.paced_frame(), gravity_m_s2](BlockPlace) {
-                  end_step(world, paced, gravity_m_s2);
-                }});
+                .submit = [this, &paced, gravity_m_s2](BlockPlace) { begin_step(paced, gravity_m_s2); }});
+  schedule.add(
+      {.name = "liquid/step",
+       .timed_as = "liquid",
+       .rate = Rate::paced,
+       .devices = devices,
+       .updates = moved,
+       .submit = [this, &world, &paced, gravity_m_s2](BlockPlace) { end_step(world, paced, gravity_m_s2); }});
   schedule.add({.name = "liquid/end",
                 .timed_as = "end",
                 .rate = Rate::after,
@@ -91,7 +94,8 @@ void SceneLiquid::bleed(Felt& felt, const ContactOnDevices::Part& solid, View<co
                            wounds.search().placed(), liquid_.constants().kernel.reach_m(), Liquid::kFaces, 0,
                            wounds.near_walls());
   for (const Felt& other : bodies_) {
-    other.walls->pose([&](int) -> const NeighbourSearch& { return wounds.search(); });
+    other.walls->begin([&](int) -> const NeighbourSearch& { return wounds.search(); });
+    other.walls->pose();
     other.walls->find_walls(0, wounds.search(), wounds.near_walls(), felt.hits.view());
   }
   wounds.bleed(ctx, frame, liquid_.search(), liquid_.arrivals());

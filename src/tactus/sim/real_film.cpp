@@ -52,10 +52,10 @@ void RealFilm::carry() {
   ctx_.parallel_for("film/tag real", carry_.new_vertices(), TagRealFilm{of, carry_.tags()});
 }
 
-void RealFilm::link(ExecContext& ctx) {
-  carry_.link(ctx, mesh_(), wanted_.const_view());
-  ctx.parallel_for("film/tag real", carry_.new_vertices(),
-                   TagRealFilm{real_.vertex_motions(), carry_.tags()});
+void RealFilm::link() {
+  carry_.link(ctx_, mesh_(), wanted_.const_view());
+  ctx_.parallel_for("film/tag real", carry_.new_vertices(),
+                    TagRealFilm{real_.vertex_motions(), carry_.tags()});
 }
 
 /// As it moves in this frame.
@@ -66,22 +66,22 @@ FilmSurface RealFilm::surface() const {
   return surface;
 }
 
-void RealFilm::flow(ExecContext& ctx, View<const FrameParams> frame, Liquid& liquid) {
+void RealFilm::flow(View<const FrameParams> frame, Liquid& liquid) {
   const VertexMotions of = real_.vertex_motions();
-  ctx.parallel_for("film/find real", 1, FindRealFilm{film_.sums(), carry_.waiting(), wanted_.view()});
-  ctx.parallel_for(
+  ctx_.parallel_for("film/find real", 1, FindRealFilm{film_.sums(), carry_.waiting(), wanted_.view()});
+  ctx_.parallel_for(
       "film/near real", liquid.search().placed(),
       FindNearRealFilm{View<const Vec3f>(liquid.arrivals().x_m), of, frame, near_m_, wanted_.view()});
-  link(ctx);
-  ctx.parallel_for(
+  link();
+  ctx_.parallel_for(
       "film/count real", 1,
       CountRealFilm{wanted_.const_view(), carry_.vertices(), carry_.triangles(), counts_.view()});
   const FilmSurface surface = this->surface();
-  ctx.parallel_for("film/pose real", surface.vertices,
-                   PoseRealFilm{of, frame, std::as_const(carry_).tags(), carry_.x_m(), carry_.normals(),
-                                x_m_.view(), normal_.view(), exchange_.last_places_m()});
-  film_.step(ctx, surface, frame);
-  exchange_.place(ctx, surface);
+  ctx_.parallel_for("film/pose real", surface.vertices,
+                    PoseRealFilm{of, frame, std::as_const(carry_).tags(), carry_.x_m(), carry_.normals(),
+                                 x_m_.view(), normal_.view(), exchange_.last_places_m()});
+  film_.step(ctx_, surface, frame);
+  exchange_.place(ctx_, surface);
 }
 
 void RealFilm::exchange(View<const FrameParams> frame, Liquid& liquid) {
@@ -112,7 +112,7 @@ void RealFilm::archive(StateArchive& a) {
     const std::vector<Index> one{1};
     ctx_.upload(one, wanted_.view());
     ctx_.synchronize();
-    link(ctx_);
+    link();
     ctx_.synchronize();
   });
   film_.archive(ctx_, a, stain);

@@ -31,8 +31,8 @@ class RealFilm {
 
   /// After the real surface has taken over a new mesh: the film goes there.
   void carry();
-  /// Before a frame's substeps: the film flows. @param ctx the film's own, or a stream beside it
-  void flow(ExecContext& ctx, View<const FrameParams> frame, Liquid& liquid);
+  /// Before a frame's substeps: the film flows.
+  void flow(View<const FrameParams> frame, Liquid& liquid);
   /// After that, it exchanges with particles.
   void exchange(View<const FrameParams> frame, Liquid& liquid);
   void set_gravity_m_s2(float gravity_m_s2) { exchange_.set_gravity_m_s2(gravity_m_s2, film_); }
@@ -45,7 +45,7 @@ class RealFilm {
   WetObstacle wet() const;
 
  private:
-  void link(ExecContext& ctx);
+  void link();
   FilmSurface surface() const;
 
   ExecContext& ctx_;

@@ -44,8 +44,7 @@ SceneFilm::SceneFilm(ExecContext& ctx, const Scene& scene, Liquid& liquid)
     : ctx_(ctx),
       liquid_(liquid),
       gravity_m_s2_(puddle_gravity_m_s2(scene.gravity_m_s2)),
-      drying_m_s_(static_cast<float>(scene.fluid->film_drying_m_s)),
-      real_beside_(ctx.device()) {}
+      drying_m_s_(static_cast<float>(scene.fluid->film_drying_m_s)) {}
 
 FilmSurface SceneFilm::surface_of(const SoftBody* body) const {
   if (body == nullptr) return obstacles_->surface();
@@ -154,10 +153,9 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
 
 /// Films flow side by side, as each is some eighty small kernels, then exchange with particles one by one.
 void SceneFilm::run(View<const FrameParams> frame) {
-  if (real_) real_->flow(real_beside_.follow(ctx_), frame, liquid_);
   for (Coat& coat : coats_) flow(coat.beside->follow(ctx_), coat, frame);
+  if (real_) real_->flow(frame, liquid_);
   for (Coat& coat : coats_) coat.beside->join(ctx_);
-  if (real_) real_beside_.join(ctx_);
   for (Coat& coat : coats_) exchange(coat, frame);
   if (real_) real_->exchange(frame, liquid_);
 }

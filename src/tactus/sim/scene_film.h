@@ -79,7 +79,6 @@ class SceneFilm {
   std::vector<Coat> coats_;
   std::unique_ptr<FilmObstacles> obstacles_;  ///< those of the coat without a body
   std::unique_ptr<RealFilm> real_;
-  SideStream real_beside_;
 };
 
 }  // namespace tactus

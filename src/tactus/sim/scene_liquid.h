@@ -140,6 +140,7 @@ class SceneLiquid {
   [[noreturn]] void refuse_blocks(double count) const;
   void add_body(SoftBody& body, Index collider);
   void bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame);
+  void begin_step(const FrameOnDevices& frame, Vec3f gravity_m_s2);
   void end_step(ContactOnDevices& world, const FrameOnDevices& frame, Vec3f gravity_m_s2);
   bool may_bring(double from_s, double to_s) const;
 

@@ -117,10 +117,13 @@ void BodyWalls::apply(const WallChange& change) {
   upload();
 }
 
-void BodyWalls::pose(const Particles& particles) {
+void BodyWalls::begin(const Particles& particles) {
+  for (int p = 0; p < static_cast<int>(parts_.size()); ++p) find_near_cells(p, particles(p));
+}
+
+void BodyWalls::pose() {
   ExecContext& ctx = devices_.context(0);
   Part& first = parts_[0];
-  for (int p = 0; p < static_cast<int>(parts_.size()); ++p) find_near_cells(p, particles(p));
   if (follows()) choose_active();
   ctx.parallel_for("body walls/vertices", first.active.vertices(),
                    PoseActiveVertices{first.active.vertex_list(), pose_of(first)});

@@ -19,9 +19,9 @@ struct WallSurface {
 };
 
 /// Owns the surface of one body. Its nodes are on the first device; all devices that have particles have a
-/// copy of its vertices. Per step of the liquid, once particles are sorted: pose; find_walls of each part;
-/// once the liquid told the impulses on walls, push of each part, then end_push. Asynchronous, may be
-/// recorded. When the body was cut, apply: recordings stay valid.
+/// copy of its vertices. Per step of the liquid, once particles are sorted: begin, pose, and find_walls of
+/// each part; once the liquid told the impulses on walls, push of each part, then end_push. Asynchronous, may
+/// be recorded. When the body was cut, apply: recordings stay valid.
 ///
 /// Where the liquid is on one device, the cost of a step follows the part of the surface near the liquid. On
 /// several, each looks at all vertices and triangles of the surface; at its short edges only where particles
@@ -36,8 +36,10 @@ class BodyWalls {
             float particle_spacing_m, Index max_particles);
 
   using Particles = std::function<const NeighbourSearch&(int part)>;
-  /// Where the surface is now, near these particles. Before find_walls of them.
-  void pose(const Particles& particles);
+  /// Finds the space near these particles. The body may move meanwhile.
+  void begin(const Particles& particles);
+  /// Where the surface is now, near those particles. Before find_walls of them.
+  void pose();
   void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near);
   /// For particles that only ask. @param hits kWallSides of each particle, written
   void find_walls(int part, const NeighbourSearch& particles, const NearWalls& near, View<WallHit> hits);

@@ -97,7 +97,7 @@ void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface,
 void FilmExchange::take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
                         const LiquidArrivals& liquid) {
   search.visit(ctx, "film/touch", vertices_,
-               FindFilmVertex{law_, skin, vertices_.cells().order, View<const Vec3f>(liquid.x_m),
+               FindFilmVertex{law_, skin, vertices_.cells().particles, View<const Vec3f>(liquid.x_m),
                               View<const Vec3f>(liquid.v_m_s), target_.view(), layers_.view()});
   ctx.parallel_for("film/choose", search.placed(),
                    ChooseTaken{law_, skin, film.volumes(), layers_.const_view(),

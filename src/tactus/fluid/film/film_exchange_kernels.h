@@ -82,10 +82,10 @@ struct FindFilmVertex {
   };
   FilmExchangeLaw law;
   FilmSkin skin;
-  View<const Index> order;       ///< vertex of each slot of their search
-  View<const Vec3f> x_m, v_m_s;  ///< of particles, by slot
-  View<Index> target;            ///< by slot: kLayers times the vertex, and the layer; -1: none
-  View<std::uint32_t> layers;    ///< particles in each, emptied before
+  View<const SearchParticle> vertices;  ///< by slot of their search
+  View<const Vec3f> x_m, v_m_s;         ///< of particles, by slot
+  View<Index> target;                   ///< by slot: kLayers times the vertex, and the layer; -1: none
+  View<std::uint32_t> layers;           ///< particles in each, emptied before
   template <int kLanes>
   TACTUS_HD void begin(Own<kLanes>& own, int t, Index i) const {
     own.p[t] = x_m[i];
@@ -94,12 +94,12 @@ struct FindFilmVertex {
   }
   template <int kLanes>
   TACTUS_HD void add(Own<kLanes>& own, int t, Index j, Vec3f, float, bool) const {
-    const Index v = order[j];
-    const Vec3f d = own.p[t] - skin.surface.x_m[v];
+    const SearchParticle vertex = load_constant(vertices, j);
+    const Vec3f d = own.p[t] - vertex.x_m;
     const float r2 = dot(d, d);
-    if (r2 < own.least2[t] || (r2 == own.least2[t] && v < own.vertex[t])) {
+    if (r2 < own.least2[t] || (r2 == own.least2[t] && vertex.id < own.vertex[t])) {
       own.least2[t] = r2;
-      own.vertex[t] = v;
+      own.vertex[t] = vertex.id;
     }
   }
   template <int kLanes>

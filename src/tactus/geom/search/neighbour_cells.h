@@ -27,8 +27,8 @@ struct NeighbourCells {
   View<const SearchParticle> particles;  ///< by slot
   View<const Index> order;               ///< by slot
 
-  /// f(run) for the cells of a box, by z, y, x. In linear order, a row is one run, or two where the table
-  /// ends.
+  /// f(run) for the cells of a box, by z, y, x, and within a cell by x and id: the same order on every
+  /// device. In linear order, a row is one run, or two where the table ends.
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_run(Vec3i low, Vec3i high, F&& f) const {
     const Index size = table_size[0];
@@ -44,22 +44,6 @@ struct NeighbourCells {
         }
       }
     }
-  }
-  /// f(slot) for all particles in the 27 cells around a point, whatever their distance; none when it is not
-  /// held. Those within reach come in the same order on every device: by cells z, y, x, then by x and id.
-  /// @tparam kSeldom it is hardly ever run: a GPU's code for it is short rather than fast
-  template <bool kSeldom = false, class F>
-  TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_candidate(Vec3f p_m, F&& f) const {
-    if (!hash.holds(p_m)) return;
-    const Vec3i c = hash.cell(p_m), one{1, 1, 1};
-    for_each_run(c - one, c + one, [&](SlotRun run) {
-      if constexpr (kSeldom) {
-        TACTUS_ROLLED
-        for (Index slot = run.first; slot < run.last; ++slot) f(slot);
-      } else {
-        for (Index slot = run.first; slot < run.last; ++slot) f(slot);
-      }
-    });
   }
 
  private:

@@ -141,10 +141,9 @@ struct VisitNeighbours {
     if (kUse != ListUse::none && listed != NearLists::kFull)
       add_listed_alone(own, x, i, listed);
     else
-      among.template for_each_candidate<kUse != ListUse::none>(x, [&](Index j) {
+      for_each_near(x, [&](Index j) {
         const Vec3f d = load_constant(among.particles, j).x_m - x;
-        const float r2 = dot(d, d);
-        if (r2 <= reach_m2) add_one(own, 0, j, d, r2, true);
+        add_one(own, 0, j, d, dot(d, d), true);
       });
     pair.end(own, 0, i);
   }
@@ -156,17 +155,10 @@ struct VisitNeighbours {
     else
       return kListedAtOnce;
   }
-  TACTUS_HD Index list_alone(Vec3f x, Index i) const {
-    Index listed = 0;
-    if (!among.hash.holds(x)) return 0;
-    NearLists::Four last{};  // the last four entries
-    const auto list = [&](Index slot) {
-      for (int u = 0; u + 1 < NearLists::kFour; ++u) last.slot[u] = last.slot[u + 1];
-      last.slot[NearLists::kFour - 1] = slot;
-      ++listed;
-      if (listed % NearLists::kFour == 0 && listed <= NearLists::kCapacity)
-        store_wide(lists.four(i, listed / NearLists::kFour - 1), last);
-    };
+  /// f(j) for the particles in reach, in the order of a visit.
+  template <class F>
+  TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_near(Vec3f x, F&& f) const {
+    if (!among.hash.holds(x)) return;
     const Vec3i c = among.hash.cell(x), one{1, 1, 1};
     among.for_each_run(c - one, c + one, [&](SlotRun run) {
       TACTUS_ROLLED
@@ -180,9 +172,21 @@ struct VisitNeighbours {
           near |= first + u < run.last && dot(d, d) <= reach_m2 ? 1U << u : 0U;
         }
         TACTUS_ROLLED
-        for (; near != 0; near &= near - 1) list(first + lowest_bit(near));
+        for (; near != 0; near &= near - 1) f(first + lowest_bit(near));
       }
     });
+  }
+  TACTUS_HD Index list_alone(Vec3f x, Index i) const {
+    Index listed = 0;
+    NearLists::Four last{};  // the last four entries
+    const auto list = [&](Index slot) {
+      for (int u = 0; u + 1 < NearLists::kFour; ++u) last.slot[u] = last.slot[u + 1];
+      last.slot[NearLists::kFour - 1] = slot;
+      ++listed;
+      if (listed % NearLists::kFour == 0 && listed <= NearLists::kCapacity)
+        store_wide(lists.four(i, listed / NearLists::kFour - 1), last);
+    };
+    for_each_near(x, list);
     const Index found = listed;
     while (listed % NearLists::kFour != 0) list(i);  // so that four can be read
     return found <= NearLists::kCapacity ? found : NearLists::kFull;
