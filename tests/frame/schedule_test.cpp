@@ -124,6 +124,25 @@ TEST(Schedule, PacedStepsAreSpreadOverTheSubsteps) {
   EXPECT_EQ(order(0, 0, false), "");
 }
 
+/// Before the substeps that lead to a paced step, what that step needs ahead; where no substeps are in
+/// between, too.
+TEST(Schedule, EachPacedStepHasItsStagesAhead) {
+  DeviceSet devices("cpu");
+  Schedule schedule(devices);
+  Log log;
+  for (const auto& [name, rate] : {std::pair{"s", Rate::substep}, {"p", Rate::paced}, {"a", Rate::ahead}})
+    schedule.add(log.stage(name, rate));
+  schedule.close();
+  std::string all;
+  for (const auto& [substeps, paced] : {std::pair{5, 2}, {1, 2}, {2, 0}}) {
+    log.names.clear();
+    schedule.run({.gravity_m_s2 = {}, .substeps = substeps}, false, {.count = paced, .dt_s = 1});
+    for (const std::string& name : log.names) all += name;
+    all += " ";
+  }
+  EXPECT_EQ(all, "assspassp aspap ss ");
+}
+
 /// Two rows share the substeps, and what they say sums to what the substeps took: no less than what was
 /// slept, no more than went by.
 TEST(Schedule, DividesTheTimeOfSubstepsAmongTheirRows) {
@@ -153,17 +172,44 @@ TACTUS_INSTANTIATE_DEVICES(ScheduleOnDevices);
 
 /// Substeps. The second frame is the first that replays what was recorded: one that only looks.
 constexpr int kFrames[] = {3, 0, 1, 8, 37, 2};
+constexpr int kPaced[] = {2, 0, 3, 5, 9, 2};
 
-/// Per substep, each device takes over what the first one sums up of all. A missing wait or a stale recording
-/// gives another sum.
+/// Per substep, each device takes over what the first one sums up of all. Beside substeps, the first goes on
+/// from the last paced step, and that step adds this to the sum. A missing wait or a stale recording gives
+/// another sum.
 double played(DeviceSet& devices, int* recordings = nullptr, bool has_images = true) {
   Schedule schedule(devices);
   Parts<Buffer<double>> own;
   Buffer<double> sum = to_device(devices.context(0), std::vector<double>{1});
   devices.for_each_part(
       [&](ExecContext& ctx, int) { own.push_back(to_device(ctx, std::vector<double>{0})); });
+  Buffer<double> ahead = to_device(devices.context(0), std::vector<double>{0}),
+                 step = to_device(devices.context(0), std::vector<double>{1});
   Readback readback(devices);
   const Readback::Place place = readback.add(std::as_const(sum).view());
+  schedule.add({.name = "ahead",
+                .timed_as = "steps",
+                .rate = Rate::ahead,
+                .updates = {"ahead"},
+                .submit = [&](BlockPlace) {
+                  devices.context(0).parallel_for(
+                      "ahead", 1,
+                      DoubleAndAdd{step.const_view(),
+                                   ahead.view(),
+                                   {.gravity_m_s2 = {}, .frame = schedule.paced_frame().view(0)}});
+                }});
+  schedule.add({.name = "step",
+                .timed_as = "steps",
+                .rate = Rate::paced,
+                .updates = {"sum"},
+                .reads = {"ahead"},
+                .submit = [&](BlockPlace) {
+                  ExecContext& ctx = devices.context(0);
+                  const auto read = [](const Buffer<double>& b) { return b.const_view(); };
+                  ctx.parallel_for("step", 1,
+                                   SumDevices{.of = {read(ahead), read(sum)}, .count = 2, .to = step.view()});
+                  ctx.parallel_for("sum", 1, SumDevices{.of = {read(step)}, .count = 1, .to = sum.view()});
+                }});
   schedule.add({.name = "spread",
                 .timed_as = "substeps",
                 .rate = Rate::substep,
@@ -198,7 +244,7 @@ double played(DeviceSet& devices, int* recordings = nullptr, bool has_images = t
   double result = 0;
   for (std::size_t k = 0; k < std::size(kFrames); ++k) {
     schedule.run({.dt_s = 0.25F * static_cast<float>(k), .gravity_m_s2 = {}, .substeps = kFrames[k]},
-                 has_images);
+                 has_images, {.count = kPaced[k], .dt_s = 0.5F});
     schedule.finish(timings);
     result = 1e-3 * result + readback.get<double>(place)[0];
   }
@@ -209,14 +255,23 @@ double played(DeviceSet& devices, int* recordings = nullptr, bool has_images = t
 
 /// The same by hand.
 double expected(int devices) {
-  double sum = 1, result = 0;
+  double sum = 1, ahead = 0, step = 1, result = 0;
   std::vector<double> own(static_cast<std::size_t>(devices));
   for (std::size_t k = 0; k < std::size(kFrames); ++k) {
-    for (int n = 0; n < kFrames[k]; ++n) {
-      for (double& x : own) x = 2 * x + sum + 0.25 * static_cast<double>(k);
-      sum = 0;
-      for (const double x : own) sum += x;
+    int done = 0;
+    const auto substeps = [&](int until) {
+      for (; done < until; ++done) {
+        for (double& x : own) x = 2 * x + sum + 0.25 * static_cast<double>(k);
+        sum = 0;
+        for (const double x : own) sum += x;
+      }
+    };
+    for (int p = 0; p < kPaced[k]; ++p) {
+      ahead = 2 * ahead + step + 0.5;
+      substeps(ceil_div((p + 1) * kFrames[k], kPaced[k]));
+      sum = step = ahead + sum;
     }
+    substeps(kFrames[k]);
     result = 1e-3 * result + sum;
   }
   return result;

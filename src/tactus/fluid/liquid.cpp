@@ -12,12 +12,14 @@
 namespace tactus {
 namespace {
 
-/// The most that come between two steps.
-Index arrivals_of(const LiquidSettings& settings) {
-  Index points = settings.arrivals;
+/// The most that emitters bring in a step.
+Index emitted_of(const LiquidSettings& settings) {
+  Index points = 0;
   for (const LiquidEmitter& e : settings.emitters) points += most_in_a_step(e, settings.spacing_m);
   return points;
 }
+/// The most that come between two steps.
+Index arrivals_of(const LiquidSettings& settings) { return settings.arrivals + emitted_of(settings); }
 
 /// A little more than the reach: positions and cuts are rounded.
 constexpr float kCopiedReach = 1.F + 1.F / 256;
@@ -121,8 +123,14 @@ void Liquid::emit(const StepTime& time) {
                                  part.v_m_s.view(), part.id.view(), part.push.view()});
 }
 
+void Liquid::expect(Index here, int steps) {
+  const std::int64_t most =
+      std::int64_t{here} + settings_.arrivals + std::int64_t{steps} * emitted_of(settings_);
+  may_be_full_ = most > settings_.max_particles;
+}
+
 void Liquid::keep_youngest() {
-  if (parts_[0].ages.empty()) return;
+  if (parts_[0].ages.empty() || !may_be_full_) return;
   each([&](ExecContext& ctx, LiquidPart& part) { ctx.fill_bytes(part.ages.view(), 0); });
   for (Index level = 0; level <= KeepYoungest::kLevels; ++level) {
     if (split_.is_split()) split_.barrier().meet();

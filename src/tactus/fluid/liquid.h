@@ -133,6 +133,10 @@ class Liquid {
   /// kMostLonger times.
   float largest_step_s(float fastest_m_s) const;
   static constexpr float kMostLonger = 6;
+  /// Before so many steps, where so many particles are here: unless there is room for all that may come, each
+  /// step looks whether the oldest have to make way. Without it, each does.
+  void expect(Index here, int steps);
+  bool may_be_full() const { return may_be_full_; }
   /// Sets the iterations of dfsph from the next step on, at least 1.
   void set_iterations(int iterations) { settings_.iterations = iterations; }
   const LiquidSettings& settings() const { return settings_; }
@@ -197,6 +201,7 @@ class Liquid {
   std::vector<LiquidPart> parts_;
   LiquidSplit split_;
   LiquidBalance balance_;
+  bool may_be_full_ = true;
   // On the first device:
   Buffer<Vec3f> wall_impulse_;
   Buffer<LiquidReport> report_;

@@ -237,7 +237,7 @@ bool Schedule::replays() const {
 }
 
 void Schedule::record() {
-  for (const Rate rate : {Rate::capture, Rate::before, Rate::ahead, Rate::after, Rate::end}) {
+  for (const Rate rate : {Rate::capture, Rate::before, Rate::after, Rate::end}) {
     Segment& s = segment(rate);
     if (!s.groups.empty()) graph(rate).record(devices_, [&] { submit_groups(s); });
   }
@@ -253,14 +253,18 @@ void Schedule::record() {
 }
 
 void Schedule::record_paced() {
-  Segment& s = segment(Rate::paced);
-  auto& graphs = recording().paced;
-  if (s.groups.empty()) return;
-  if (graphs.size() <= variant_) graphs.resize(variant_ + 1);
-  if (graphs[variant_]) return;
-  graphs[variant_] = std::make_unique<DeviceGraph>();
-  graphs[variant_]->record(devices_, [&] { submit_groups(s); });
-  for (Group& group : s.groups) group.ran = false;
+  auto& steps = recording().paced;
+  if (segment(Rate::paced).groups.empty()) return;
+  if (steps.size() <= variant_) steps.resize(variant_ + 1);
+  if (steps[variant_]) return;
+  steps[variant_] = std::make_unique<PacedStep>();
+  const auto record = [&](Rate rate, DeviceGraph& graph) {
+    Segment& s = segment(rate);
+    if (!s.groups.empty()) graph.record(devices_, [&] { submit_groups(s); });
+    for (Group& group : s.groups) group.ran = false;
+  };
+  record(Rate::ahead, steps[variant_]->ahead);
+  record(Rate::paced, steps[variant_]->step);
 }
 
 void Schedule::record_anew() {
@@ -291,7 +295,7 @@ void Schedule::select(std::size_t choice) {
 void Schedule::run_segment(Rate rate) {
   Segment& s = segment(rate);
   if (s.groups.empty()) return;
-  if (replays() && rate != Rate::upload && rate != Rate::paced) {
+  if (replays() && rate != Rate::upload && rate != Rate::ahead && rate != Rate::paced) {
     graph(rate).launch(devices_);
     for (Group& group : s.groups) group.ran = true;
     return;
@@ -308,36 +312,37 @@ void Schedule::run_substeps(int substeps, int paced) {
     throw Error(std::to_string(substeps) + " substeps, expected a multiple of " + std::to_string(unit_));
   substeps_begin_.take(devices_.context(0));
   const int units = substeps / unit_;
-  for (int k = 0, done = 0; done < units || k < paced_;) {
-    const int next = k < paced_ ? units_before(k, units, paced_) : units;
-    if (k < paced_) begin_paced();
+  for (int k = 0, done = 0; done < units || k < paced_; ++k) {
+    const bool is_step = k < paced_;
+    const int next = is_step ? units_before(k, units, paced_) : units;
+    if (is_step) begin_paced();
     run_units(next - done);
+    if (is_step) run_paced();
     done = next;
-    for (bool has_begun = true; k < paced_ && units_before(k, units, paced_) == done; ++k) {
-      if (!std::exchange(has_begun, false)) begin_paced();
-      run_paced();
-    }
   }
   substeps_end_.take(devices_.context(0));
   ran_substeps_ = true;
 }
 
+Schedule::PacedStep* Schedule::recorded_step() {
+  const auto& steps = recording().paced;
+  return replays() && variant_ < steps.size() ? steps[variant_].get() : nullptr;
+}
+
 /// What a paced step needs ahead. In replay, it runs beside the substeps that are submitted next.
 void Schedule::begin_paced() {
-  if (!replays() || !side_stream_ || segment(Rate::ahead).groups.empty()) return run_segment(Rate::ahead);
-  graph(Rate::ahead).launch_on(side_stream_->follow(devices_.context(0)));
+  PacedStep* recorded = recorded_step();
+  if (recorded == nullptr) return run_segment(Rate::ahead);
+  if (!recorded->ahead.is_recorded()) return;
+  recorded->ahead.launch_on(side_stream_->follow(devices_.context(0)));
   runs_beside_ = true;
 }
 
 void Schedule::run_paced() {
+  PacedStep* recorded = recorded_step();
+  if (recorded == nullptr) return run_segment(Rate::paced);
   if (std::exchange(runs_beside_, false)) side_stream_->join(devices_.context(0));
-  const auto& graphs = recording().paced;
-  const bool is_recorded = replays() && variant_ < graphs.size() && graphs[variant_];
-  if (!is_recorded) {
-    run_segment(Rate::paced);
-    return;
-  }
-  graphs[variant_]->launch(devices_);
+  recorded->step.launch(devices_);
   for (Group& group : segment(Rate::paced).groups) group.ran = true;
 }
 

@@ -16,8 +16,8 @@ namespace tactus {
 struct PacedSteps {
   int count = 0;
   float dt_s = 0;  ///< of each
-  /// Which of several sets of submissions paced stages make; each has a recording of its own, made after its
-  /// first frame.
+  /// Which of several sets of submissions stages of rates ahead and paced make; each has a recording of its
+  /// own, made after its first frame.
   std::size_t variant = 0;
 };
 
@@ -86,11 +86,15 @@ class Schedule {
   struct Segment {
     std::vector<Group> groups;
   };
+  /// Stages of rates ahead and paced, for replay.
+  struct PacedStep {
+    DeviceGraph ahead, step;
+  };
   /// A frame for replay.
   struct Recording {
     std::array<DeviceGraph, kRates> segments;
     std::array<DeviceGraph, kBlocks> blocks;
-    std::vector<std::unique_ptr<DeviceGraph>> paced;  ///< by variant
+    std::vector<std::unique_ptr<PacedStep>> paced;  ///< by variant
     bool is_made = false;
   };
   using After = std::vector<std::vector<std::size_t>>;  ///< per stage, those that come before it
@@ -105,6 +109,8 @@ class Schedule {
   void run_segment(Rate rate);
   void run_substeps(int substeps, int paced);
   void run_units(int units);
+  /// nullptr where the steps of this frame aren't recorded.
+  PacedStep* recorded_step();
   void begin_paced();
   void run_paced();
   void record_paced();

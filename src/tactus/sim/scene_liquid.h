@@ -63,8 +63,13 @@ class SceneLiquid {
   /// least three, or all.
   bool can_be_reduced() const { return reduced_iterations() < description_.iterations; }
   void reduce_quality(bool is_reduced) { is_reduced_ = is_reduced; }
-  /// Which of several numbers of iterations the coming steps have, from 0 on.
-  std::size_t variant() const { return static_cast<std::size_t>(pace_.growth) * 2 + (is_reduced_ ? 1 : 0); }
+  /// Before that many steps, in a frame or a part of it.
+  void expect(int steps) { liquid_.expect(last_.here, steps); }
+  /// Which of several sets of submissions they make, from 0 on.
+  std::size_t variant() const {
+    return static_cast<std::size_t>(pace_.growth) * 4 + (is_reduced_ ? 2 : 0) +
+           (liquid_.may_be_full() ? 1 : 0);
+  }
   /// Over the frame that was waited for. @param notices for the user, added to
   LiquidReport report(const Readback& readback, std::vector<Notice>& notices);
 

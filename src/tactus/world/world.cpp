@@ -253,6 +253,7 @@ void World::Impl::submit_part(OpenFrame& frame) {
   if (liquid_ && !frame.looks_first) {
     if (part.substeps > 0) part.liquid_steps = liquid_->steps_for(part.dt_s);
     if (part.liquid_steps == 0) liquid_->pass_time(part.dt_s);
+    liquid_->expect(part.liquid_steps);
   }
   const auto dt_substep_s = static_cast<float>(part.dt_s) / static_cast<float>(std::max(part.substeps, 1));
   frame.part_begin_s = now_s();

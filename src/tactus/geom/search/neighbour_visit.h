@@ -138,13 +138,18 @@ struct VisitNeighbours {
       listed = list_alone(x, i);
       lists.count[i] = listed;
     }
-    if (kUse != ListUse::none && listed != NearLists::kFull)
-      add_listed_alone(own, x, i, listed);
-    else
-      for_each_near(x, [&](Index j) {
-        const Vec3f d = load_constant(among.particles, j).x_m - x;
-        add_one(own, 0, j, d, dot(d, d), true);
-      });
+    const auto add = [&](Index j) {
+      const Vec3f d = load_constant(among.particles, j).x_m - x;
+      if (const float r2 = dot(d, d); r2 <= reach_m2) add_one(own, 0, j, d, r2, true);
+    };
+    if constexpr (kUse == ListUse::none) {
+      for_each_near(x, add);
+    } else {
+      if (listed != NearLists::kFull)
+        add_listed_alone(own, x, i, listed);
+      else
+        for_each_candidate(x, add);
+    }
     pair.end(own, 0, i);
   }
   /// So many loads are under way at once. One after the other, a thread would wait for memory each time.
@@ -155,7 +160,18 @@ struct VisitNeighbours {
     else
       return kListedAtOnce;
   }
-  /// f(j) for the particles in reach, in the order of a visit.
+  /// f(j) for all particles in the cells around a point, in the order of a visit. Lists have capacity for
+  /// nearly all, so code for the others is short rather than fast.
+  template <class F>
+  TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_candidate(Vec3f x, F&& f) const {
+    if (!among.hash.holds(x)) return;
+    const Vec3i c = among.hash.cell(x), one{1, 1, 1};
+    among.for_each_run(c - one, c + one, [&](SlotRun run) {
+      TACTUS_ROLLED
+      for (Index slot = run.first; slot < run.last; ++slot) f(slot);
+    });
+  }
+  /// f(j) for those in reach.
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_near(Vec3f x, F&& f) const {
     if (!among.hash.holds(x)) return;
