@@ -338,6 +338,27 @@ TEST_P(BodyWallsOn, FollowWhatMovesAndWhatIsCut) {
   EXPECT_GT(seen_walls, 20);
 }
 
+/// A body that blows up, until the end of its frame: particles see the rest of it as before.
+TEST_P(BodyWallsOn, SeeWhatIsLeftOfOneThatBlowsUp) {
+  Surface sheet;
+  sheet.add_square({}, {0, 1, 0}, {1, 0, 0}, 0.3F, 30);
+  constexpr Vec3f kImpulse[kWallSides] = {{0.1F, 0.2F, 0.3F}, {}};
+  std::vector<Vec3f> drop;
+  for (int k = 0; k < 60; ++k) drop.push_back(Vec3f{0.2F, 0.01F, 0.2F} + 0.02F * any(0, 1) * any_direction());
+  const Seen whole = look(GetParam(), sheet, drop, kImpulse);
+  ASSERT_GT(walls_in(whole), 20);
+  constexpr float kInfinite = std::numeric_limits<float>::infinity();
+  for (const float far : {1e6F, 1e12F, 3e38F, kInfinite, -kInfinite, std::nanf("")}) {
+    DeviceSet devices(GetParam(), 3);
+    Walls walls(devices, sheet, static_cast<Index>(drop.size()));
+    std::vector<Vec3f> moved = sheet.x_m;
+    moved[0] = {far, 0, -far};  // at (-0.3, 0, -0.3)
+    walls.move_nodes(moved);
+    const Seen seen = walls.look(drop, kImpulse);
+    EXPECT_EQ(seen.count, whole.count) << far;
+  }
+}
+
 /// Where the liquid is on several devices, all of the surface is active: particles see the same.
 TEST(BodyWalls, SeeTheSameWhereAllIsActive) {
   Surface sheet;

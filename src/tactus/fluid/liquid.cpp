@@ -58,6 +58,11 @@ Liquid::Liquid(DeviceSet& devices, const LiquidSettings& settings)
   make_emitters();
   each([&](ExecContext& ctx, LiquidPart& part) {
     part.sinks = to_device(ctx, settings_.sinks_m);
+    if (settings_.solver == LiquidSolver::dfsph) {
+      part.sums = Buffer<DfsphSums>(ctx.device(), settings_.max_particles);
+      if (!ctx.device().is_cuda())
+        part.pair_weight = Buffer<float>(ctx.device(), NearLists::weights(settings_.max_particles));
+    }
     if (settings_.carreau) part.shear_m2_s = Buffer<float>(ctx.device(), settings_.max_particles);
     if (settings_.surface_tension_N_m > 0) {
       part.surface = Buffer<LiquidNormal>(ctx.device(), settings_.max_particles);

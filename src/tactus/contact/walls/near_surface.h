@@ -21,12 +21,14 @@ struct NearSurface {
   TACTUS_HD float reach_to_middle_m(float reach_m) const {
     return 1.002F * (reach_m + std::bit_cast<float>(largest_m[0]));  // rounding, of cells, too
   }
-  /// f(run) for the cells that may hold the middles of pieces within reach of a box.
+  /// f(run) for the cells that may hold the middles of pieces within reach of a box. Of a body that blows up,
+  /// reach has no bound: cells beside the box's own are looked at, and no others.
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_run(Vec3f low_m, Vec3f high_m, float to_middle_m,
                                                    F&& f) const {
     const Vec3i one{1, 1, 1};
-    const Vec3f r{to_middle_m, to_middle_m, to_middle_m};
+    const float r_m = min(to_middle_m, 2.F / cells.hash.inverse_cell_1_m);
+    const Vec3f r{r_m, r_m, r_m};
     cells.for_each_run(max(cells.hash.cell(low_m - r), cells.hash.cell(low_m) - one),
                        min(cells.hash.cell(high_m + r), cells.hash.cell(high_m) + one), f);
   }
