@@ -79,6 +79,11 @@ TEST(Error, NearestSpelling) {
   EXPECT_EQ(nearest_spelling("resoluton", known), "resolution");
   EXPECT_EQ(nearest_spelling("camreas", known), "cameras");
   EXPECT_EQ(nearest_spelling("xyz", known), "");
+  EXPECT_EQ(nearest_spelling("BODIES", known), "bodies");
+  EXPECT_EQ(nearest_spelling("bodys", known), "bodies");
+  const std::string with_units[] = {"gravity_m_s2", "density_kg_m3", "size_m", "so"};
+  EXPECT_EQ(nearest_spelling("gravity", with_units), "gravity_m_s2");
+  EXPECT_EQ(nearest_spelling("Size", with_units), "size_m");
   EXPECT_EQ(bytes_text(1.25e10), "12.5 GB");
 }
 

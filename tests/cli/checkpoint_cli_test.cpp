@@ -38,6 +38,17 @@ TEST_F(CheckpointCli, ARunGoesOnWithTheSameBits) {
   EXPECT_NE(joined[2], joined[5]);
 }
 
+TEST_F(CheckpointCli, OfTheLastFrameNothingIsLeftToRun) {
+  scene();
+  ASSERT_EQ(run("--checkpoint " + path("c")).code, 0);
+  const Outcome rest = run("--restart " + path("c") + " --json " + path("b.json"));
+  EXPECT_EQ(rest.code, 1);
+  EXPECT_NE(rest.text.find("its frames end where '" + path("c") + "' was written: nothing is left to run"),
+            std::string::npos)
+      << rest.text;
+  EXPECT_FALSE(std::filesystem::exists(path("b.json")));
+}
+
 TEST_F(CheckpointCli, WhatIsNoCheckpointOfTheSceneHasOneMessage) {
   scene();
   ASSERT_EQ(run("--frames 2 --checkpoint " + path("c")).code, 0);

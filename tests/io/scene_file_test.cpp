@@ -316,8 +316,19 @@ TEST(SceneFile, WrongTypesAndRanges) {
       {"fluid: {spacing_m: 0.0001, box: {min_m: [0,0,0], max_m: [9,9,9]}, emitters: [{name: e, position_m: "
        "[1,1,1], "
        "radius_m: 9}]}",
-       "2: in 'fluid': the 'radius_m' 9 of emitter 'e' brings 25446900494 particles at once at 'spacing_m' "
+       "2: in 'fluid': the 'radius_m' 9 of emitter 'e' brings 25446900495 particles at once at 'spacing_m' "
        "0.0001, more than 'max_particles' 40000: lower the radius, or raise 'max_particles' or 'spacing_m'"},
+      {"fluid: {spacing_m: 0.01, max_particles: 3, box: {min_m: [0,0,0], max_m: [1,1,1]}, emitters: [{name: "
+       "e, "
+       "position_m: [0.5,0.5,0.5], radius_m: 0.01}]}",  // pi particles
+       "2: in 'fluid': the 'radius_m' 0.01 of emitter 'e' brings 4 particles at once at 'spacing_m' 0.01, "
+       "more than 'max_particles' 3: lower the radius, or raise 'max_particles' or 'spacing_m'"},
+      {"fluid: {spacing_m: 0.01, box: {min_m: [0,0,0], max_m: [1,1,1]}, emitters: [{name: e, position_m: "
+       "[0.5,0.5,0.5], from_s: 0.5, until_s: 0.2}]}",
+       "2: in 'fluid.emitters[0]': 'until_s' 0.2 is not after 'from_s' 0.5: nothing would flow"},
+      {"fluid: {spacing_m: 0.01, box: {min_m: [0,0,0], max_m: [1,1,1]}, emitters: [{name: q, position_m: "
+       "[0.5,0.5,0.5]}, {name: q, position_m: [0.2,0.5,0.5]}]}",
+       "2: two of the 'emitters' have the name 'q', names must differ"},
       {"probes: [{name: p, body: a, position_m: [0,0,0]}]",
        "2: probe 'p' sits on the unknown body 'a'; the scene has no bodies"},
   };

@@ -186,6 +186,36 @@ TEST(LiquidScene, TellsOfStepsThatViscosityMakesShort) {
   }
 }
 
+/// 2 (sigma / (rho g))^(1/2) sin(angle / 2) is 3.3 mm at 90 degrees and 0.056 N/m, 3.3 or 11 spacings. 1 ml
+/// covers 3 cm^2 so, and a floor of 1 or 100 cm^2 or not.
+TEST(LiquidScene, TellsOfPuddlesThatParticlesDontHold) {
+  struct Case {
+    double spacing_m, half_m;
+    std::optional<bool> film;
+    bool is_told;
+  };
+  for (const Case& c :
+       {Case{0.001, 0.05, {}, true}, Case{0.0003, 0.05, {}, false}, Case{0.001, 0.005, {}, false},
+        Case{0.001, 0.05, true, false}, Case{0.001, 0.05, false, false}}) {
+    Scene scene;
+    LiquidDescription& drop = add_liquid(scene);
+    drop.spacing_m = c.spacing_m;
+    drop.film = c.film;
+    drop.surface_tension_n_m = 0.056;
+    drop.contact_angle_deg = 90;
+    drop.box = {{-c.half_m, 0, -c.half_m}, {c.half_m, 0.06, c.half_m}};
+    drop.blocks.push_back({{{-0.005, 0, -0.005}, {0.005, 0.01, 0.005}}, {}});
+    DeviceSet devices("cpu");
+    test::FilmedWorld simulation(devices, scene, {}, {});
+    const std::vector<Notice> notices = simulation.step(nullptr, 0).notices;
+    const auto is_thin = [](const Notice& n) {
+      return n.code == "liquid.thin_puddle" && n.text.find("0.0033 m high") != std::string::npos;
+    };
+    EXPECT_EQ(std::count_if(notices.begin(), notices.end(), is_thin), c.is_told ? 1 : 0)
+        << c.spacing_m << " " << c.half_m;
+  }
+}
+
 TEST(LiquidScene, AnEmptyLiquidTakesNoStep) {
   Scene scene;
   LiquidDescription& jet = add_liquid(scene);

@@ -1,6 +1,7 @@
 #include "tactus/base/error.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 
 namespace tactus {
@@ -26,10 +27,14 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest_spelling(std::string_view word, std::span<const std::string> known) {
-  std::string best;
-  std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
+  std::string best, lower(word);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::size_t best_distance = std::max<std::size_t>(1, (word.size() + 1) / 3) + 1;
   for (const std::string& candidate : known) {
-    const std::size_t distance = edit_distance(word, candidate);
+    // Units are left out more often than a whole word is.
+    const bool lacks_unit = lower.size() > 2 && candidate.starts_with(lower + "_");
+    const std::size_t distance = lacks_unit ? 0 : edit_distance(lower, candidate);
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;

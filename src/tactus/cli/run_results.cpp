@@ -64,6 +64,9 @@ void finish_run(const RunOptions& options, const Scene& scene, const FrameSource
                 const FrameLoop& loop, RunSinks& sinks, const std::string& stem, const std::string& devices) {
   if (!options.checkpoint_path.empty())
     write_checkpoint(options.checkpoint_path, options.scene_path, loop.progress(), world);
+  if (loop.frames() == 0 && !interrupted() && !options.restart_path.empty() && loop.progress().taken > 0)
+    throw Error("scene '" + scene.name + "': its frames end where '" + options.restart_path +
+                "' was written: nothing is left to run");
   if (loop.frames() == 0 && !interrupted())
     throw Error("scene '" + scene.name + "': its source gave no usable frame: " +
                 (source.status().empty() ? "no camera sent images" : source.status()));

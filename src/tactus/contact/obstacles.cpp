@@ -44,6 +44,8 @@ std::unique_ptr<RealSurface> sorted_mesh(ExecContext& ctx, const ObstacleDescrip
     throw Error("its mesh has a volume of " + std::to_string(volume) +
                 " m^3, must be > 0: its triangles must be counter-clockwise from outside");
   }
+  const Vec3f extent_m = bounds(description.mesh).extent();
+  const float longest_m = std::max({extent_m.x, extent_m.y, extent_m.z});
   TriangleMesh mesh = with_short_edges(description.mesh, 16 * spacing_m);
   const Rigidf T = description.moves ? Rigidf{} : description.T_world_obstacle;
   for (Vec3f& p : mesh.positions_m) p = T * p;
@@ -59,7 +61,9 @@ std::unique_ptr<RealSurface> sorted_mesh(ExecContext& ctx, const ObstacleDescrip
     const auto pieces = static_cast<Index>(std::ceil(longest / spacing_m)) + 1;
     samples += pieces * pieces;
     if (samples > (1 << 23))
-      throw Error("its mesh is too large for a spacing of " + std::to_string(spacing_m) + " m");
+      throw Error("its mesh is too large for points " + number_text(double{spacing_m}) + " m apart: it is " +
+                  number_text(double{longest_m}) +
+                  " m long; if its file is in millimetres, say 'unit_m: 0.001'");
   }
   RealSurfaceSettings settings;
   settings.sample_spacing_m = spacing_m;

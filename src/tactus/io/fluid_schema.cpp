@@ -29,6 +29,9 @@ void describe_emitter(FieldVisitor& v, EmitterDescription& e) {
   v.real({"from_s", "when it begins, in simulated time"}, e.from_s, {"s", 0, 1e6});
   v.real_or_auto({"until_s", "when it ends"}, e.until_s, {"s", 0, 1e6}, "never");
   v.check(dot(e.direction, e.direction) > 0, "direction", "'direction' is zero, expected a direction");
+  v.check(!e.until_s || *e.until_s > e.from_s, "until_s",
+          "'until_s' " + number_text(e.until_s.value_or(0)) + " is not after 'from_s' " +
+              number_text(e.from_s) + ": nothing would flow");
 }
 
 void describe_sink(FieldVisitor& v, SinkDescription& s) { describe_box(v, s.box); }
@@ -50,7 +53,7 @@ void check_counts(FieldVisitor& v, const LiquidDescription& f) {
               ", or make the blocks smaller");
   for (const EmitterDescription& e : f.emitters) {
     // In the time in which the liquid moves on by one spacing.
-    const double come = std::numbers::pi * e.radius_m * e.radius_m / (f.spacing_m * f.spacing_m);
+    const double come = std::ceil(std::numbers::pi * e.radius_m * e.radius_m / (f.spacing_m * f.spacing_m));
     v.check(come <= std::max(f.max_particles, 1), "emitters",
             "the 'radius_m' " + number_text(e.radius_m) + " of emitter '" + e.name + "' brings " +
                 particles_text(come) + " particles at once at 'spacing_m' " + number_text(f.spacing_m) +
@@ -118,7 +121,8 @@ void describe_fluid(FieldVisitor& v, LiquidDescription& f) {
        "whether liquid that touches a body, an obstacle or the real surface slowly becomes a film on it, "
        "which flows, follows "
        "cuts and obstacles that move, and drips where it is thick; not in a pool, whose liquid it would soak "
-       "up; `auto`: where a body bleeds, the solver is dfsph and 'surface_tension_n_m' is > 0"},
+       "up. Without it, sheets of fewer than some eight particles fall apart: puddles want it. `auto`: where "
+       "a body bleeds, the solver is dfsph and 'surface_tension_n_m' is > 0"},
       f.film, {{"auto", std::nullopt}, {"true", true}, {"false", false}});
   v.real({"film_drying_m_s",
           "by which a film gets thinner; what dries stays as a stain. Water in still air 3e-8, under a lamp "

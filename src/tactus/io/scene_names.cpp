@@ -9,11 +9,14 @@
 namespace tactus {
 namespace {
 
+/// @param section of the scene, where items aren't in one of their own
 template <class T>
-void check_unique_names(FieldVisitor& v, const std::vector<T>& items, const char* key) {
+void check_unique_names(FieldVisitor& v, const std::vector<T>& items, const char* key,
+                        const char* section = nullptr) {
   for (std::size_t i = 0; i < items.size(); ++i) {
     const auto same = [&](const T& other) { return other.name == items[i].name; };
-    v.check(std::none_of(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(i), same), key,
+    v.check(std::none_of(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(i), same),
+            section != nullptr ? section : key,
             "two of the '" + std::string(key) + "' have the name '" + items[i].name + "', names must differ");
   }
 }
@@ -59,6 +62,7 @@ void check_names(FieldVisitor& v, const Scene& scene) {
   check_unique_names(v, scene.bodies, "bodies");
   check_unique_names(v, scene.obstacles, "obstacles");
   check_unique_names(v, scene.blades, "blades");
+  if (scene.fluid) check_unique_names(v, scene.fluid->emitters, "emitters", "fluid");
   check_names_of_things(v, scene);
   check_unique_names(v, scene.plans, "plans");
   check_unique_names(v, scene.probes, "probes");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "tactus/base/error.h"
@@ -150,6 +151,31 @@ void SceneLiquid::tell_of_short_steps() {
        "lower " + key + " (honey has 10), or raise 'fluid.spacing_m'"});
 }
 
+/// Sheets of few particles don't hold together (docs/concepts/film.md). A puddle is 2 (sigma / (rho g))^(1/2)
+/// sin(angle / 2) high, where there is not enough liquid to cover the floor.
+void SceneLiquid::tell_of_thin_puddles(double placed_m3, Vec3d gravity_m_s2) {
+  constexpr double kLeastLayers = 8, kCovers = 0.5;
+  const LiquidDescription& f = description_;
+  const double g = length(gravity_m_s2);
+  if (f.film || f.solver != LiquidModel::dfsph || !(f.surface_tension_n_m > 0 && g > 0)) return;
+  double all_m3 = placed_m3;
+  for (const EmitterDescription& e : f.emitters) {
+    if (!e.until_s) return;
+    all_m3 += std::numbers::pi * sqr(e.radius_m) * e.speed_m_s * (*e.until_s - e.from_s);
+  }
+  const double high_m = 2 * std::sqrt(f.surface_tension_n_m / (f.density_kg_m3 * g)) *
+                        std::sin(f.contact_angle_deg * std::numbers::pi / 360);
+  const Vec3d edge_m = f.box.max_m - f.box.min_m, down = (1 / g) * gravity_m_s2;
+  const double floor_m2 = std::abs(down.x) * edge_m.y * edge_m.z + std::abs(down.y) * edge_m.x * edge_m.z +
+                          std::abs(down.z) * edge_m.x * edge_m.y;
+  if (!(all_m3 > 0) || high_m >= kLeastLayers * f.spacing_m || all_m3 > kCovers * floor_m2 * high_m) return;
+  first_notices_.push_back({"liquid.thin_puddle", Severity::warning,
+                            "puddles of this liquid are " + number_text(std::round(1e4 * high_m) / 1e4) +
+                                " m high, and 'fluid.spacing_m' is " + number_text(f.spacing_m) +
+                                ": particles alone don't hold such sheets together",
+                            "say 'film: true' under 'fluid'"});
+}
+
 SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
                          const std::vector<std::unique_ptr<SoftBody>>& bodies,
                          std::span<const ObstacleDescription> obstacles)
@@ -197,6 +223,9 @@ SceneLiquid::SceneLiquid(DeviceSet& devices, const Scene& scene,
     film_ = std::make_unique<SceneFilm>(devices_.context(0), scene, liquid_);
     for (const Felt& felt : bodies_) film_->add_body(*felt.body);
     film_->add_obstacles(obstacles, first_notices_);
+  } else if (!description_.film) {
+    tell_of_thin_puddles(static_cast<double>(particles.size()) * std::pow(description_.spacing_m, 3),
+                         scene.gravity_m_s2);
   } else if (description_.film.value_or(false)) {
     first_notices_.push_back(
         {"liquid.no_film", Severity::info,

@@ -142,6 +142,7 @@ class SceneLiquid {
   };
   std::vector<LiquidParticle> fill_blocks(const StillSolids& solids, LeftOut& left_out) const;
   void tell_of_short_steps();
+  void tell_of_thin_puddles(double placed_m3, Vec3d gravity_m_s2);
   [[noreturn]] void refuse_blocks(double count) const;
   void add_body(SoftBody& body, Index collider);
   void bleed(Felt& felt, const ContactOnDevices::Part& solid, View<const FrameParams> frame);
