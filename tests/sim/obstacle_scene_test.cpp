@@ -3,6 +3,7 @@
 #include "support/device_sets.h"
 #include "support/filmed_world.h"
 #include "support/synthetic_frame.h"
+#include "tactus/geom/mesh/box_surface.h"
 #include "tactus/rig/synthetic/synthetic_source.h"
 
 namespace tactus {
@@ -76,6 +77,28 @@ TEST_P(ObstaclesOnDevices, ABlockFallsOnATableAndRestsThere) {
   for (const Vec3f& p : got.surface) low = std::min(low, p.y);
   EXPECT_NEAR(low, 0.2, 1e-4);
   EXPECT_EQ(got.surface, on_cpu.surface);
+}
+
+/// A file in metres that is read as millimetres: a cup of 0.1 mm, which holds nothing.
+TEST(Obstacles, ATinyMeshIsTold) {
+  for (const float half_m : {0.05F, 5e-5F}) {
+    Scene scene = table_scene();
+    ObstacleSetting& cup = scene.obstacles.emplace_back();
+    cup.name = "cup";
+    cup.kind = ObstacleShape::mesh;
+    cup.placement.position_m = {0.5, 0.5, 0};
+    BodyAssets assets;
+    assets.obstacle_meshes["cup"] = box_surface({half_m, half_m, half_m}, {1, 1, 1});
+    DeviceSet devices("cpu");
+    test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), assets);
+    int told = 0;
+    for (const Notice& n : simulation.step(nullptr, 0).notices) {
+      if (n.code != "obstacle.tiny") continue;
+      ++told;
+      EXPECT_EQ(n.text, "obstacle 'cup' is only 0.1 mm long");
+    }
+    EXPECT_EQ(told, half_m < 0.001F ? 1 : 0);
+  }
 }
 
 }  // namespace

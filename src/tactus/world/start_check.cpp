@@ -136,6 +136,20 @@ const Scene& checked(const Scene& scene, const BodyAssets& assets) {
   return scene;
 }
 
+void report_tiny_obstacles(std::span<const ObstacleDescription> obstacles, std::vector<Notice>& notices) {
+  constexpr float kTiny_m = 0.002F;  // as of bodies
+  for (const ObstacleDescription& o : obstacles) {
+    if (o.kind != ObstacleKind::mesh) continue;
+    const Vec3f edge_m = bounds(o.mesh).extent();
+    const float longest_m = std::max({edge_m.x, edge_m.y, edge_m.z});
+    if (longest_m >= kTiny_m) continue;
+    notices.push_back(
+        {"obstacle.tiny", Severity::warning,
+         "obstacle '" + o.name + "' is only " + number_text(1000 * double{longest_m}) + " mm long",
+         "check its 'unit_m' and 'scale'"});
+  }
+}
+
 std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
                                       std::span<const ObstacleDescription> obstacles) {
   std::vector<Notice> notices;

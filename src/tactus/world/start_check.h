@@ -26,6 +26,9 @@ std::optional<Box3f> box_of(const ObstacleDescription& obstacle);
 std::vector<Notice> overlaps_at_start(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,
                                       std::span<const ObstacleDescription> obstacles);
 
+/// A warning for each mesh that is too small to be meant.
+void report_tiny_obstacles(std::span<const ObstacleDescription> obstacles, std::vector<Notice>& notices);
+
 /// A warning for each body that lies farther outside of the workspace than the workspace is long: nothing
 /// real can touch it there. @param workspace_m the reconstructed box
 void report_far_bodies(const Scene& scene, std::span<const std::unique_ptr<SoftBody>> bodies,

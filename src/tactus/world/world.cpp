@@ -116,10 +116,12 @@ World::Impl::Impl(DeviceSet& devices, const Scene& scene, const BodyAssets& asse
   if (perception != nullptr) tools_.motions = perception->impl().tracked_blades().motions();
   for (const ProbeDescription& probe : scene.probes) add_probe(probe);
   add_plans();
-  start_notices_ = overlaps_at_start(scene, bodies_, still_ones(obstacle_descriptions(scene, assets)));
+  const std::vector<ObstacleDescription> obstacles = obstacle_descriptions(scene, assets);
+  start_notices_ = overlaps_at_start(scene, bodies_, still_ones(obstacles));
+  report_tiny_obstacles(obstacles, start_notices_);
   for (Notice& notice : heavy_bodies(scene, bodies_)) start_notices_.push_back(std::move(notice));
   fall_watch_ = make_fall_watch(touched_obstacles(scene, assets, perception));
-  report_falling_bodies(obstacle_descriptions(scene, assets));
+  report_falling_bodies(obstacles);
   if (perception != nullptr) report_far_bodies(scene, bodies_, perception->workspace_m(), start_notices_);
   if (scene.fluid)
     liquid_ = std::make_unique<SceneLiquid>(devices, scene, bodies_, obstacle_descriptions(scene, assets));
