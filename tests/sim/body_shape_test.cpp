@@ -163,6 +163,10 @@ TEST(BodyShape, WindingNumberFillsThem) {
     }
   };
   expect_cube(cube_asset(1, false), "", 64);
+  // What bounds a solid has its mass, 8 kg, at any spacing.
+  body.spacing_m = 0.07;
+  EXPECT_NEAR(make_body_shape(body, cube_asset(1, false)).lattice.mass_kg(), 8, 1e-3);
+  body.spacing_m = 0.05;
   BodyAssets open = cube_asset(1, false);
   open.meshes["cube"].triangles.pop_back();
   expect_cube(open,

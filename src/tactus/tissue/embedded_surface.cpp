@@ -121,10 +121,10 @@ std::vector<embed::Anchor> anchor_points(const CubeLattice& lattice, std::span<c
     const Vec3d q = (vec_cast<double>(p) - vec_cast<double>(lattice.origin_m)) / double{lattice.spacing_m};
     const auto [cube, square] = finder.nearest(q, static_cast<int>(std::ceil(max_outside)) + 2);
     if (cube < 0 || std::sqrt(square) > double{max_outside})
-      throw Error("surface vertex " + std::to_string(v) + " at (" + std::to_string(p.x) + ", " +
-                  std::to_string(p.y) + ", " + std::to_string(p.z) + ") m is more than " +
-                  std::to_string(max_outside) +
-                  " spacings outside the lattice: surface and lattice are not of the same body");
+      throw Error("surface vertex " + std::to_string(v) + " at (" + number_text(double{p.x}) + ", " +
+                  number_text(double{p.y}) + ", " + number_text(double{p.z}) + ") m is more than " +
+                  number_text(double{max_outside}) +
+                  " spacings away from all cubes: the mesh encloses nothing there; repair it");
     const Vec3d local = q - vec_cast<double>(lattice.cubes[at(cube)]),
                 out = outward.empty() ? Vec3d{} : vec_cast<double>(outward[v]);
     anchors[v] = {finder.copy_at(cube, local - kBelowSurface * out), vec_cast<float>(local)};

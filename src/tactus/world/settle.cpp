@@ -8,6 +8,7 @@
 #include "tactus/base/compared_text.h"
 #include "tactus/base/error.h"
 #include "tactus/base/log.h"
+#include "tactus/base/timing.h"
 #include "tactus/sim/body/kinetic_damping.h"
 #include "tactus/sim/body/slab_points.h"
 #include "tactus/tissue/hybrid/body_solver.h"
@@ -20,6 +21,7 @@ namespace {
 constexpr double kResidual = 1e-3;
 /// No more work than so many frames.
 constexpr int kMostFrames = 200;
+constexpr double kTells_s = 5;  ///< between two lines in the log
 /// Force that rounding of positions makes: with stiff bodies, no less can be reached. Rounding moves each
 /// node by a third of 2^-24 of its coordinates, and a third of the fastest mode's stiffness, m (2 / dt)^2,
 /// answers.
@@ -118,10 +120,14 @@ class Settling {
     const int since = damping_.pieces_since_stop();
     return is_done_ || (since > 0 && since % kManyPieces == 0);
   }
+  /// The force doesn't fall any more.
+  bool is_stuck() const { return !is_done_ && stops_since_half_ > kMostStops; }
   double residual() const { return loads_N_ > 0 ? left_N_ / loads_N_ : 0; }
 
  private:
   static constexpr int kStopsOfRounding = 8;
+  /// Bodies that come to rest halve their force in fewer.
+  static constexpr int kMostStops = 200;
   /// Contact moves nodes, too: where a body rests on something, velocities between gravity and contact are
   /// not those of its nodes.
   bool touches() const { return body_->points().count() > 0; }
@@ -187,8 +193,9 @@ void World::Impl::settle(StepReport& report) {
                                                  ? unit * ((kSubstepsOfRattle + unit - 1) / unit)
                                                  : unit;
   int piece = least;
-  while (report.settling_substeps < most &&
-         !std::all_of(all.begin(), all.end(), std::mem_fn(&Settling::is_done))) {
+  const auto ends = [](const Settling& body) { return body.is_done() || body.is_stuck(); };
+  double told_s = now_s();
+  while (report.settling_substeps < most && !std::all_of(all.begin(), all.end(), ends)) {
     const double seconds = piece * settling_dt_s();
     settle_interval(piece, report);
     for (Settling& body : all) body.after_piece(ctx, piece, seconds);
@@ -196,10 +203,16 @@ void World::Impl::settle(StepReport& report) {
       piece = std::max(piece / 2, least);
     else if (std::all_of(all.begin(), all.end(), std::mem_fn(&Settling::wants_longer)))
       piece *= 2;
+    if (now_s() - told_s < kTells_s) continue;
+    told_s = now_s();
+    log_info("bodies are settling: " + std::to_string(report.settling_substeps) + " of at most " +
+             std::to_string(most) + " substeps");
   }
   last_substep_s_ = 0;
+  bool are_at_rest = true;
   for (std::size_t b = 0; b < all.size(); ++b) {
     stop_nodes(*bodies_[b], ctx, 0);
+    are_at_rest = are_at_rest && all[b].is_done() && !bodies_[b]->status().is_frozen;
     if (all[b].is_done()) continue;
     report.notices.push_back({"body.unsettled", Severity::warning,
                               "body '" + bodies_[b]->name() + "' is not at rest after " +
@@ -208,7 +221,7 @@ void World::Impl::settle(StepReport& report) {
                                   number_text(kResidual),
                               "hold it better, or let it swing with 'drag_per_s'"});
   }
-  log_info("bodies settled in " + std::to_string(report.settling_substeps) + " substeps");
+  if (are_at_rest) log_info("bodies settled in " + std::to_string(report.settling_substeps) + " substeps");
 }
 
 }  // namespace tactus

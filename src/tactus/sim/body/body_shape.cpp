@@ -140,10 +140,14 @@ TriangleMesh body_surface(const BodyDescription& body, const BodyAssets& assets,
   return mesh;
 }
 
+bool has_thickness(const TriangleMesh& mesh, double spacing_m) {
+  return std::abs(volume_m3(mesh)) > 0.01 * spacing_m * 0.5 * area_m2(mesh);
+}
+
 /// A closed mesh of a body so thin that its cubes are hardly filled.
 void check_thickness(const TriangleMesh& mesh, double spacing_m) {
+  if (has_thickness(mesh, spacing_m)) return;
   const double volume = std::abs(volume_m3(mesh)), area = area_m2(mesh);
-  if (volume > 0.01 * spacing_m * 0.5 * area) return;
   char text[200];
   std::snprintf(text, sizeof text,
                 "its mesh has no thickness: %.3g m^2 of surface enclose %.3g m^3, a sheet of %.3g m at a "
@@ -328,10 +332,13 @@ BodyShape make_body_shape(const BodyDescription& body, const BodyAssets& assets,
     const Vec3f e = bounds(shape.surface_m).extent();
     report_many_cubes(body, double{e.x} * double{e.y} * double{e.z} / std::pow(body.spacing_m, 3),
                       " cubes in its box: finding those inside");
+    // A mesh that bounds a solid has that solid's mass: only of others do winding numbers alone tell.
+    if (find_edge_defects(shape.surface_m).bounds_solid() && has_thickness(shape.surface_m, body.spacing_m))
+      options.fill = MeshFill::closed;
     shape.lattice = lattice_from_mesh(shape.surface_m, options);
     report_many_cubes(body, static_cast<double>(shape.lattice.cube_count()),
                       " cubes: painting, fixing and loading their nodes");
-    if (body.shape.fill == MeshFill::closed) check_spacing(body, shape);
+    if (options.fill == MeshFill::closed) check_spacing(body, shape);
     const RegionFinder finder(body, assets, shape.lattice,
                               [&](const LabelVolume& volume) { return solid_labels(body.shape, volume); });
     paint(body, finder, shape);
