@@ -13,8 +13,7 @@ struct CollectNear {
   TACTUS_HD void operator()(Index i) const {
     Index n = 0;
     const Vec3f p = points[i];
-    const Vec3i c = cells.hash.cell(p), one{1, 1, 1};
-    cells.for_each_run(c - one, c + one, [&](SlotRun run) {
+    cells.for_each_run_around(p, [&](SlotRun run) {
       for (Index slot = run.first; slot < run.last; ++slot) {
         const Vec3f d = cells.particles[slot].x_m - p;
         if (dot(d, d) <= reach_m * reach_m && n < capacity)

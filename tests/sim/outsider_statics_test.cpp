@@ -394,8 +394,8 @@ TEST(OutsiderSupports, ContactKeepsNodesOnTheirSupports) {
   EXPECT_NEAR(-double{report.contacts[0].reaction.force_N.y}, weight_N, 0.02 * weight_N);
 }
 
-/// Held 1 mm below the top of a floor, where it can't come to rest: contact pushes what its nodes pull back.
-/// The force stays at a tenth of the loads, and after 200 stops without half of it no more work is done.
+/// Its bottom is held 10 mm below a floor, so it can't come to rest: contact pushes what its nodes pull back.
+/// The force stays at a tenth of the loads, and after 2,000 stops without half of it no more work is done.
 /// (It went on for 1,015,400 substeps.)
 TEST(Settling, GivesUpWhereTheForceFallsNoMore) {
   Scene scene;

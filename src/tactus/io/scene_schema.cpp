@@ -89,9 +89,8 @@ void describe_shape(FieldVisitor& v, ShapeDescription& s) {
   v.choice(
       {"fill",
        "mesh: what is inside. `closed`: what the surface goes round; open, inverted and unpaired edges are "
-       "refused. `winding`: generalized winding number of at least 1/2, so that holes are spanned; a mesh "
-       "that "
-       "bounds a solid is that solid with both"},
+       "refused. `winding`: generalized winding number of at least 1/2, so that holes are spanned; "
+       "a mesh that bounds a solid is that solid with both"},
       s.fill, {{"closed", MeshFill::closed}, {"winding", MeshFill::winding}});
   v.integers({"labels", "which labels are the body (default: all but 0)"}, s.labels, {"", 1, 65535});
   const bool file = s.kind == ShapeKind::mesh || s.kind == ShapeKind::labels;

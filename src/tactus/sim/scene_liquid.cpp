@@ -151,8 +151,8 @@ void SceneLiquid::tell_of_short_steps() {
        "lower " + key + " (honey has 10), or raise 'fluid.spacing_m'"});
 }
 
-/// Sheets of few particles don't hold together (docs/concepts/film.md). A puddle is 2 (sigma / (rho g))^(1/2)
-/// sin(angle / 2) high, where there is not enough liquid to cover the floor.
+/// Sheets of few particles don't hold together: 1 ml at 90 degrees ran apart where a puddle has 6.6 layers.
+/// It is 2 (sigma / (rho g))^(1/2) sin(angle / 2) high, where there is not enough liquid to cover the floor.
 void SceneLiquid::tell_of_thin_puddles(double placed_m3, Vec3d gravity_m_s2) {
   constexpr double kLeastLayers = 8, kCovers = 0.5;
   const LiquidDescription& f = description_;

@@ -46,6 +46,14 @@ struct NeighbourCells {
     }
   }
 
+  /// Likewise for the 27 cells around a point; none when it is not held.
+  template <class F>
+  TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_run_around(Vec3f p_m, F&& f) const {
+    if (!hash.holds(p_m)) return;
+    const Vec3i c = hash.cell(p_m), one{1, 1, 1};
+    for_each_run(c - one, c + one, f);
+  }
+
  private:
   struct Row {
     SlotRun run;

@@ -164,9 +164,7 @@ struct VisitNeighbours {
   /// nearly all, so code for the others is short rather than fast.
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_candidate(Vec3f x, F&& f) const {
-    if (!among.hash.holds(x)) return;
-    const Vec3i c = among.hash.cell(x), one{1, 1, 1};
-    among.for_each_run(c - one, c + one, [&](SlotRun run) {
+    among.for_each_run_around(x, [&](SlotRun run) {
       TACTUS_ROLLED
       for (Index slot = run.first; slot < run.last; ++slot) f(slot);
     });
@@ -174,9 +172,7 @@ struct VisitNeighbours {
   /// f(j) for those in reach.
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_near(Vec3f x, F&& f) const {
-    if (!among.hash.holds(x)) return;
-    const Vec3i c = among.hash.cell(x), one{1, 1, 1};
-    among.for_each_run(c - one, c + one, [&](SlotRun run) {
+    among.for_each_run_around(x, [&](SlotRun run) {
       TACTUS_ROLLED
       for (Index first = run.first; first < run.last; first += kListedAtOnce) {
         SearchParticle other[kListedAtOnce];
