@@ -62,8 +62,8 @@ TEST(LiquidScene, TakesStepsOfItsOwnBesideAStiffBody) {
 }
 
 /// The pace follows what moves. A block falls: in no frame does a particle go more than 1.5 spacings in a
-/// step: one at the speed v + g dt / 2, and where it splashes half as much again. At rest, steps are up to
-/// six times as long as those for the highest speed. The settled pool has its middle where a pool of five
+/// step. The pace begins with that of the highest speed, falls by two fifths a frame, and a frame without time
+/// came before. At rest, steps are up to six times as long as those for the highest speed. The settled pool has its middle where a pool of five
 /// layers has it, to a tenth of a spacing.
 TEST(LiquidScene, PaceFollowsWhatMoves) {
   Scene scene;
@@ -84,7 +84,7 @@ TEST(LiquidScene, PaceFollowsWhatMoves) {
     const double way_d = double{report.liquid.fastest_m_s} / 30 / report.liquid_steps / d;
     EXPECT_LT(way_d, 1.5) << "frame " << k;
   }
-  EXPECT_GE(2 * steps.front(), most);
+  EXPECT_GE(steps.front(), 0.36 * most);
   EXPECT_LE(steps.back(), (most + 1) / 2);
   Vec3d middle;
   const std::vector<Vec3f> x_m = simulation.liquid()->positions_m();
@@ -95,9 +95,9 @@ TEST(LiquidScene, PaceFollowsWhatMoves) {
   EXPECT_NEAR(middle.y, 0.025, 0.1 * d);
 }
 
-/// A block flies at 1 m/s, all of it alike, so a step may be a spacing long: 3.3 a frame, and 5 where the
-/// pace still is 1 / 0.7 of that. For 0.4 d / v it would take 10. The pace falls by a fifth a frame, so five
-/// frames bring it down. Particles have their distance of rest: iterations stay as few as the scene says.
+/// A block flies at 1 m/s, all of it alike, so a step may be 1.5 spacings long: 2.2 a frame, and 3 with the
+/// margin. For 0.4 d / v it would take 10. Five frames bring the pace down. Particles have their distance of
+/// rest: iterations stay as few as the scene says.
 TEST(LiquidScene, WhatFliesTogetherTakesFewSteps) {
   Scene scene;
   LiquidDescription& block = add_liquid(scene);
@@ -111,9 +111,43 @@ TEST(LiquidScene, WhatFliesTogetherTakesFewSteps) {
   simulation.step(nullptr, 0);
   for (int k = 0; k < 5; ++k) simulation.step(nullptr, 1.0 / 30);
   for (int k = 0; k < 3; ++k) {
-    EXPECT_LE(simulation.step(nullptr, 1.0 / 30).liquid_steps, 5);
+    EXPECT_LE(simulation.step(nullptr, 1.0 / 30).liquid_steps, 3);
     EXPECT_EQ(simulation.liquid()->variant(), 0U);
   }
+}
+
+/// A jet of 5 mm and a row of lone drops fall 0.4 m, to 2.9 m/s, on a plate of 2 mm: in a step, they go
+/// farther than it is thick. Nothing touches the floor below it, and in the last ten of 60 frames, the plate
+/// bears what lies on it. Its weight is within 10 %, as what falls yet is in it (0.3 s of 1.8 s) and what
+/// strikes has momentum.
+TEST(LiquidScene, NothingFliesThroughAThinPlate) {
+  Scene scene;
+  LiquidDescription& rain = add_liquid(scene);
+  const double d = 0.005;
+  rain.spacing_m = d;
+  rain.box = {{-0.1, 0, -0.1}, {0.1, 0.8, 0.1}};
+  rain.emitters.push_back({"jet", {0, 0.6, 0}, {0.3, -1, 0.1}, 0.006, 0.3, 0, {}});
+  rain.emitters.push_back({"drops", {0.03, 0.6, 0.02}, {0, -1, 0}, 0.4 * d, 0.6, 0, {}});
+  ObstacleSetting& plate = scene.obstacles.emplace_back();
+  plate.name = "plate";
+  plate.kind = ObstacleShape::box;
+  plate.size_m = {0.4, 0.002, 0.4};
+  plate.placement.position_m = {0, 0.2, 0};
+  DeviceSet devices("cpu");
+  test::FilmedWorld simulation(devices, scene, {}, {});
+  simulation.step(nullptr, 0);
+  double borne_N = 0, farthest_m = 0;
+  StepReport report;
+  for (int k = 0; k < 60; ++k) {
+    report = simulation.step(nullptr, 1.0 / 30);
+    farthest_m = std::max(farthest_m, double{report.liquid.fastest_m_s} / 30 / report.liquid_steps);
+    for (const LiquidReaction& f : report.liquid_forces) {
+      EXPECT_NE(f.on, "face -y");
+      if (f.on == "plate" && k >= 50) borne_N -= double{f.force_N.y} / 10;
+    }
+  }
+  EXPECT_GT(farthest_m, 0.002);
+  EXPECT_NEAR(borne_N / (report.liquid.here * d * d * d * rain.density_kg_m3 * 9.81), 1, 0.1);
 }
 
 /// The force on the floor under 60 layers in a shaft, over their weight, from the second second on; of each

@@ -475,15 +475,15 @@ TEST(LiquidScene, AMeshObstacleIsABoxObstacle) {
   }
 }
 
-/// The scene asks for five substeps of the bodies: the liquid takes as many steps as it needs.
+/// The scene asks for three substeps of the bodies: the liquid takes as many steps as it needs.
 TEST(LiquidScene, TakesMoreStepsThanTheBodies) {
   Scene scene = pool_scene();
-  scene.frame.substeps = 5;
+  scene.frame.substeps = 3;
   DeviceSet devices("cpu");
   test::FilmedWorld simulation(devices, scene, make_synthetic_rig(), {});
   const StepReport report = simulation.step(nullptr, 1.0 / 30);
-  EXPECT_EQ(report.substeps, 5);
-  EXPECT_GT(report.liquid_steps, 5);
+  EXPECT_EQ(report.substeps, 3);
+  EXPECT_GT(report.liquid_steps, 3);
   scene.fluid->max_particles = 100;
   EXPECT_NE(test::message_of([&] {
               const test::FilmedWorld other(devices, scene, make_synthetic_rig(), {});
