@@ -61,9 +61,9 @@ class WetWall {
   void step() {
     film_.step(devices_.context(0), surface(), frame_.const_view());
     if (!exchange_) return;
-    exchange_->place(devices_.context(0), surface());
-    exchange_->run(devices_.context(0), film_, surface(), normals_.const_view(), frame_.const_view(),
-                   liquid_->search(), liquid_->arrivals());
+    const FilmSkin skin = exchange_->skin(surface(), normals_.const_view(), frame_.const_view());
+    exchange_->find(devices_.context(0), film_, skin, liquid_->search(), liquid_->arrivals());
+    exchange_->run(devices_.context(0), film_, skin, liquid_->search(), liquid_->arrivals());
   }
   Index passes() { return to_host(devices_.context(0), film_.passes())[0].passes; }
   static constexpr Index kVertices = kColumns * kRows, kTriangles = 2 * (kColumns - 1) * (kRows - 1);

@@ -42,9 +42,9 @@ class Wetting {
   /// In the order of a scene's frame.
   void frame() {
     film.step();
-    exchange.place(ctx_, film.surface());
-    exchange.run(ctx_, film.film, film.surface(), normals_.const_view(), film.frame(), liquid.search(),
-                 liquid.arrivals());
+    const FilmSkin skin = exchange.skin(film.surface(), normals_.const_view(), film.frame());
+    exchange.find(ctx_, film.film, skin, liquid.search(), liquid.arrivals());
+    exchange.run(ctx_, film.film, skin, liquid.search(), liquid.arrivals());
     for (int k = 0; k < steps_; ++k)
       liquid.step({.dt_s = kFrame_s / static_cast<float>(steps_), .gravity_m_s2 = gravity_m_s2_});
     liquid.end_frame();

@@ -131,6 +131,10 @@ void ExecContext::finish_profiled(const char* name, double begin_s) noexcept {
   }
 }
 
+void ExecContext::reserve_scratch(Index n) {
+  if (device_.is_cuda()) scratch(cuda::algorithm_scratch_bytes(n));
+}
+
 void* ExecContext::scratch(std::size_t bytes) {
   if (scratch_.empty() || static_cast<std::size_t>(scratch_.back().size()) < bytes) {
     scratch_.emplace_back(device_, static_cast<std::int64_t>(bytes));

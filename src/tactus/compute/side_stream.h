@@ -11,6 +11,8 @@ class SideStream {
  public:
   explicit SideStream(Device& device) : side_stream_(device) {}
 
+  /// See ExecContext.
+  void reserve_scratch(Index n) { side_stream_.reserve_scratch(n); }
   /// Where to submit. While kernels are timed one by one, the context itself.
   ExecContext& follow(ExecContext& ctx) {
     if (ctx.is_profiling()) return ctx;

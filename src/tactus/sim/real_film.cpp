@@ -81,11 +81,13 @@ void RealFilm::flow(View<const FrameParams> frame, Liquid& liquid) {
                     PoseRealFilm{of, frame, std::as_const(carry_).tags(), carry_.x_m(), carry_.normals(),
                                  x_m_.view(), normal_.view(), exchange_.last_places_m()});
   film_.step(ctx_, surface, frame);
-  exchange_.place(ctx_, surface);
+  exchange_.find(ctx_, film_, exchange_.skin(surface, normal_.const_view(), frame), liquid.search(),
+                 liquid.arrivals());
 }
 
 void RealFilm::exchange(View<const FrameParams> frame, Liquid& liquid) {
-  exchange_.run(ctx_, film_, surface(), normal_.const_view(), frame, liquid.search(), liquid.arrivals());
+  exchange_.run(ctx_, film_, exchange_.skin(surface(), normal_.const_view(), frame), liquid.search(),
+                liquid.arrivals());
   film_.sum(ctx_);
 }
 

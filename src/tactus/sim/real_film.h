@@ -31,7 +31,7 @@ class RealFilm {
 
   /// After the real surface has taken over a new mesh: the film goes there.
   void carry();
-  /// Before a frame's substeps: the film flows.
+  /// Before a frame's substeps: the film flows, and finds what it exchanges. Beside other films.
   void flow(View<const FrameParams> frame, Liquid& liquid);
   /// After that, it exchanges with particles.
   void exchange(View<const FrameParams> frame, Liquid& liquid);

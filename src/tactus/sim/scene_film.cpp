@@ -79,6 +79,7 @@ SceneFilm::Coat& SceneFilm::add_coat(const FilmSurface& surface, Index most_inci
   exchange.is_still = is_still;
   coat.exchange = std::make_unique<FilmExchange>(ctx_, exchange, *coat.film);
   coat.beside = std::make_unique<SideStream>(ctx_.device());
+  coat.beside->reserve_scratch(coat.film->max_vertices());
   if (is_still)
     coat.exchange->start(ctx_, surface);
   else
@@ -151,27 +152,28 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
                 .submit = [this](BlockPlace) { real_->carry(); }});
 }
 
-/// Films flow side by side, as each is some eighty small kernels, then exchange with particles one by one.
+/// Films flow side by side, as each is some eighty small kernels, and find what they exchange with particles.
+/// Then they exchange one by one.
 void SceneFilm::run(View<const FrameParams> frame) {
   for (Coat& coat : coats_) flow(coat.beside->follow(ctx_), coat, frame);
   if (real_) real_->flow(frame, liquid_);
   for (Coat& coat : coats_) coat.beside->join(ctx_);
-  for (Coat& coat : coats_) exchange(coat, frame);
+  for (Coat& coat : coats_) {
+    coat.exchange->run(ctx_, *coat.film, skin(coat, frame), liquid_.search(), liquid_.arrivals());
+    coat.film->sum(ctx_);
+  }
   if (real_) real_->exchange(frame, liquid_);
 }
 
 void SceneFilm::flow(ExecContext& ctx, Coat& coat, View<const FrameParams> frame) {
-  const FilmSurface surface = surface_of(coat.body);
-  coat.film->step(ctx, surface, frame);
-  coat.exchange->place(ctx, surface);
+  coat.film->step(ctx, surface_of(coat.body), frame);
+  coat.exchange->find(ctx, *coat.film, skin(coat, frame), liquid_.search(), liquid_.arrivals());
 }
 
-void SceneFilm::exchange(Coat& coat, View<const FrameParams> frame) {
+FilmSkin SceneFilm::skin(const Coat& coat, View<const FrameParams> frame) const {
   const View<const Vec3f> normals =
       coat.body != nullptr ? coat.body->surface().normal_buffer() : obstacles_->normals();
-  coat.exchange->run(ctx_, *coat.film, surface_of(coat.body), normals, frame, liquid_.search(),
-                     liquid_.arrivals());
-  coat.film->sum(ctx_);
+  return coat.exchange->skin(surface_of(coat.body), normals, frame);
 }
 
 SceneFilmReport SceneFilm::report(const Readback& readback) const {

@@ -70,7 +70,7 @@ class SceneFilm {
   FilmExchangeSettings exchange_settings() const;
   void run(View<const FrameParams> frame);
   void flow(ExecContext& ctx, Coat& coat, View<const FrameParams> frame);
-  void exchange(Coat& coat, View<const FrameParams> frame);
+  FilmSkin skin(const Coat& coat, View<const FrameParams> frame) const;
   void add_wet_obstacles(std::span<const Rigidd> T_world, std::vector<WetObstacle>& all) const;
 
   ExecContext& ctx_;

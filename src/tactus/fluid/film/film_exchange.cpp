@@ -54,6 +54,7 @@ FilmExchange::FilmExchange(ExecContext& ctx, const FilmExchangeSettings& setting
       slot_(ctx.device(), 1),
       id_(ctx.device(), 1),
       ledger_(ctx.device(), 1) {
+  ctx.reserve_scratch(film.max_vertices());
   ctx.fill_bytes(ledger_.view(), 0);
   ctx.fill_bytes(last_x_m_.view(), 0);
   ctx.fill_bytes(layers_.view(), 0);
@@ -81,35 +82,22 @@ void FilmExchange::archive(ExecContext& ctx, StateArchive& a) {
   a.buffer(ctx, "film's ledger", ledger_);
 }
 
-void FilmExchange::place(ExecContext& ctx, const FilmSurface& surface) {
-  if (!settings_.is_still) vertices_.build(ctx, surface.x_m, {}, surface.vertices);
+void FilmExchange::find(ExecContext& ctx, const Film& film, const FilmSkin& skin,
+                        const NeighbourSearch& search, const LiquidArrivals& liquid) {
+  find_touching(ctx, skin, search, liquid);
+  find_givers(ctx, film, skin, search, liquid);
 }
 
-void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSurface& surface, View<const Vec3f> normals,
-                       View<const FrameParams> frame, const NeighbourSearch& search,
-                       const LiquidArrivals& liquid) {
-  const FilmSkin skin{surface, normals, last_x_m_.const_view(), frame};
-  take(ctx, film, skin, search, liquid);
-  give(ctx, film, skin, search, liquid);
-  if (!settings_.is_still && !settings_.is_new) start(ctx, surface);
-}
-
-void FilmExchange::take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
-                        const LiquidArrivals& liquid) {
+void FilmExchange::find_touching(ExecContext& ctx, const FilmSkin& skin, const NeighbourSearch& search,
+                                 const LiquidArrivals& liquid) {
+  if (!settings_.is_still) vertices_.build(ctx, skin.surface.x_m, {}, skin.surface.vertices);
   search.visit(ctx, "film/touch", vertices_,
                FindFilmVertex{law_, skin, vertices_.cells().particles, View<const Vec3f>(liquid.x_m),
                               View<const Vec3f>(liquid.v_m_s), target_.view(), layers_.view()});
-  ctx.parallel_for("film/choose", search.placed(),
-                   ChooseTaken{law_, skin, film.volumes(), layers_.const_view(),
-                               View<const Vec3f>(liquid.x_m), View<const Index>(liquid.id), target_.view()});
-  ctx.parallel_for("film/take", search.placed(),
-                   TakeParticles{law_, skin, target_.const_view(), layers_.view(), liquid.x_m, film.gains(),
-                                 liquid.counters, ledger_.view()});
 }
 
-void FilmExchange::give(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
-                        const LiquidArrivals& liquid) {
-  const Index n = film.max_vertices();
+void FilmExchange::find_givers(ExecContext& ctx, const Film& film, const FilmSkin& skin,
+                               const NeighbourSearch& search, const LiquidArrivals& liquid) {
   const FilmRegion region = film.region();
   ctx.parallel_for("film/thick", region.vertices,
                    KeyThickFilm{law_, skin, region.vertex, film.heights_m(), film.volumes(), key_.view()});
@@ -118,7 +106,7 @@ void FilmExchange::give(ExecContext& ctx, Film& film, const FilmSkin& skin, cons
   ctx.parallel_for("film/givers", region.vertices,
                    FlagGivers{region.vertex, most_.const_view(), key_.view(), flag_.view()});
   ctx.compact("film/givers", region.vertices, flag_.const_view(), giver_.view(), givers_.view());
-  const Count givers(givers_.const_view(), n);
+  const Count givers(givers_.const_view(), film.max_vertices());
   ctx.parallel_for("film/places", givers,
                    PlaceGiven{law_, skin, region.vertex, giver_.view(), place_m_.view()});
   places_.build(ctx, place_m_.const_view(), giver_.const_view(), givers);
@@ -130,13 +118,24 @@ void FilmExchange::give(ExecContext& ctx, Film& film, const FilmSkin& skin, cons
                                 round_.view()});
   ctx.parallel_for("film/room", places_.placed(), FlagGiven{law_, round_.const_view(), flag_.view()});
   ctx.compact("film/given", places_.placed(), flag_.const_view(), list_.view(), flagged_.view());
+}
+
+void FilmExchange::run(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
+                       const LiquidArrivals& liquid) {
+  ctx.parallel_for("film/choose", search.placed(),
+                   ChooseTaken{law_, skin, film.volumes(), layers_.const_view(),
+                               View<const Vec3f>(liquid.x_m), View<const Index>(liquid.id), target_.view()});
+  ctx.parallel_for("film/take", search.placed(),
+                   TakeParticles{law_, skin, target_.const_view(), layers_.view(), liquid.x_m, film.gains(),
+                                 liquid.counters, ledger_.view()});
   ctx.parallel_for(
       "film/plan given", 1,
       PlanGiven{flagged_.const_view(), liquid, planned_.view(), slot_.view(), id_.view(), ledger_.view()});
-  ctx.parallel_for("film/give", Count(planned_.const_view(), n),
+  ctx.parallel_for("film/give", Count(planned_.const_view(), film.max_vertices()),
                    GiveParticles{law_, skin, list_.const_view(), places_.cells().order, giver_.const_view(),
                                  slot_.const_view(), id_.const_view(), place_m_.const_view(),
                                  film.gains().volume, liquid});
+  if (!settings_.is_still && !settings_.is_new) start(ctx, skin.surface);
 }
 
 }  // namespace tactus

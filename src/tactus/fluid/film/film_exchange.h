@@ -13,7 +13,7 @@ struct FilmExchangeSettings {
   float reach_m = 0;        ///< a particle's nearest vertex is at most so far: d and an edge of the surface
   Index max_particles = 0;  ///< that the liquid has room for
   bool is_still = false;    ///< the surface never moves: its vertices are sorted at the start alone
-  bool is_new = false;      ///< its vertices are others each time: last_places_m() is filled in before run()
+  bool is_new = false;      ///< its vertices are others each time: last_places_m() is filled in before find()
 };
 
 /// Between two steps of a liquid that is in one part: particles that touch a surface slowly become film, and
@@ -32,12 +32,17 @@ class FilmExchange {
   View<Vec3f> last_places_m() { return last_x_m_.view(); }
   /// All that later frames depend on. Synchronizes. @throws Error.
   void archive(ExecContext& ctx, StateArchive& a);
-  /// Before run(): finds the places of the vertices, whatever the liquid does.
-  void place(ExecContext& ctx, const FilmSurface& surface);
-  /// @param normals of the vertices, unit, outward
-  /// @param search of the liquid's last step
-  void run(ExecContext& ctx, Film& film, const FilmSurface& surface, View<const Vec3f> normals,
-           View<const FrameParams> frame, const NeighbourSearch& search, const LiquidArrivals& liquid);
+  /// What the film and its surface are in this frame.
+  FilmSkin skin(const FilmSurface& surface, View<const Vec3f> normals, View<const FrameParams> frame) const {
+    return {surface, normals, last_x_m_.const_view(), frame};
+  }
+  /// Finds the particles that touch, and the vertices that have too much. Changes neither film nor liquid, so
+  /// those of several films may do this at the same time. @param search of the liquid's last step
+  void find(ExecContext& ctx, const Film& film, const FilmSkin& skin, const NeighbourSearch& search,
+            const LiquidArrivals& liquid);
+  /// Once it was found: takes and gives. One film after the other; particles that another took stay with it.
+  void run(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
+           const LiquidArrivals& liquid);
 
   /// Between frames: how thick puddles are follows gravity, > 0. A recorded frame must be recorded anew.
   /// @throws Error naming it.
@@ -50,10 +55,10 @@ class FilmExchange {
   View<const FilmLedger> ledger() const { return ledger_.const_view(); }
 
  private:
-  void take(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
-            const LiquidArrivals& liquid);
-  void give(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
-            const LiquidArrivals& liquid);
+  void find_touching(ExecContext& ctx, const FilmSkin& skin, const NeighbourSearch& search,
+                     const LiquidArrivals& liquid);
+  void find_givers(ExecContext& ctx, const Film& film, const FilmSkin& skin, const NeighbourSearch& search,
+                   const LiquidArrivals& liquid);
 
   FilmExchangeSettings settings_;
   FilmExchangeLaw law_;

@@ -118,7 +118,8 @@ struct FindFilmVertex {
 };
 
 /// Thread: slot of a particle. It becomes film if it touches the wall, or the film as the layers below it
-/// make it, and there is room in that: for a part of a layer, some of it are taken, as their ids say.
+/// make it, and there is room in that: for a part of a layer, some of it are taken, as their ids say. One
+/// that another film took since is nowhere (NaN), where no comparison holds.
 struct ChooseTaken {
   FilmExchangeLaw law;
   FilmSkin skin;
