@@ -59,11 +59,13 @@ class WetWall {
     devices_.synchronize();
   }
   void step() {
-    film_.step(devices_.context(0), surface(), frame_.const_view());
+    ExecContext& ctx = devices_.context(0);
+    film_.step(ctx, surface(), frame_.const_view());
     if (!exchange_) return;
     const FilmSkin skin = exchange_->skin(surface(), normals_.const_view(), frame_.const_view());
-    exchange_->find(devices_.context(0), film_, skin, liquid_->search(), liquid_->arrivals());
-    exchange_->run(devices_.context(0), film_, skin, liquid_->search(), liquid_->arrivals());
+    exchange_->find_touching(ctx, skin, liquid_->search(), liquid_->arrivals());
+    exchange_->find_givers(ctx, film_, skin, liquid_->search(), liquid_->arrivals());
+    exchange_->run(ctx, film_, skin, liquid_->search(), liquid_->arrivals());
   }
   Index passes() { return to_host(devices_.context(0), film_.passes())[0].passes; }
   static constexpr Index kVertices = kColumns * kRows, kTriangles = 2 * (kColumns - 1) * (kRows - 1);

@@ -43,7 +43,8 @@ class Wetting {
   void frame() {
     film.step();
     const FilmSkin skin = exchange.skin(film.surface(), normals_.const_view(), film.frame());
-    exchange.find(ctx_, film.film, skin, liquid.search(), liquid.arrivals());
+    exchange.find_touching(ctx_, skin, liquid.search(), liquid.arrivals());
+    exchange.find_givers(ctx_, film.film, skin, liquid.search(), liquid.arrivals());
     exchange.run(ctx_, film.film, skin, liquid.search(), liquid.arrivals());
     for (int k = 0; k < steps_; ++k)
       liquid.step({.dt_s = kFrame_s / static_cast<float>(steps_), .gravity_m_s2 = gravity_m_s2_});

@@ -36,6 +36,7 @@ RealFilm::RealFilm(ExecContext& ctx, const FilmSettings& film, FilmExchangeSetti
       carry_(ctx, {.max_vertices = most_vertices(mesh_()),
                    .max_triangles = most_triangles(mesh_()),
                    .reach_m = kCarryReach * cell_m}),
+      touching_(ctx.device()),
       wanted_(ctx.device(), 1),
       counts_(ctx.device(), 2),
       x_m_(ctx.device(), most_vertices(mesh_())),
@@ -80,9 +81,11 @@ void RealFilm::flow(View<const FrameParams> frame, Liquid& liquid) {
   ctx_.parallel_for("film/pose real", surface.vertices,
                     PoseRealFilm{of, frame, std::as_const(carry_).tags(), carry_.x_m(), carry_.normals(),
                                  x_m_.view(), normal_.view(), exchange_.last_places_m()});
+  const FilmSkin skin = exchange_.skin(surface, normal_.const_view(), frame);
+  exchange_.find_touching(touching_.follow(ctx_), skin, liquid.search(), liquid.arrivals());
   film_.step(ctx_, surface, frame);
-  exchange_.find(ctx_, film_, exchange_.skin(surface, normal_.const_view(), frame), liquid.search(),
-                 liquid.arrivals());
+  exchange_.find_givers(ctx_, film_, skin, liquid.search(), liquid.arrivals());
+  touching_.join(ctx_);
 }
 
 void RealFilm::exchange(View<const FrameParams> frame, Liquid& liquid) {

@@ -2,6 +2,7 @@
 /// The film of a scene's liquid on the real surface, whose mesh is a new one with each image.
 #include <functional>
 
+#include "tactus/compute/side_stream.h"
 #include "tactus/contact/real/real_surface.h"
 #include "tactus/fluid/film/film_carry.h"
 #include "tactus/fluid/film/film_exchange.h"
@@ -55,6 +56,7 @@ class RealFilm {
   Film film_;
   FilmExchange exchange_;
   FilmCarry carry_;
+  SideStream touching_;
   Buffer<Index> wanted_, counts_;
   Buffer<Vec3f> x_m_, normal_;
   Readback::Place sums_, ledger_, waiting_;

@@ -78,8 +78,9 @@ SceneFilm::Coat& SceneFilm::add_coat(const FilmSurface& surface, Index most_inci
   exchange.reach_m = reach_m;
   exchange.is_still = is_still;
   coat.exchange = std::make_unique<FilmExchange>(ctx_, exchange, *coat.film);
-  coat.beside = std::make_unique<SideStream>(ctx_.device());
-  coat.beside->reserve_scratch(coat.film->max_vertices());
+  coat.touching = std::make_unique<SideStream>(ctx_.device());
+  coat.flowing = std::make_unique<SideStream>(ctx_.device());
+  coat.flowing->reserve_scratch(coat.film->max_vertices());
   if (is_still)
     coat.exchange->start(ctx_, surface);
   else
@@ -155,19 +156,24 @@ void SceneFilm::add_stages(Schedule& schedule, Readback& readback) {
 /// Films flow side by side, as each is some eighty small kernels, and find what they exchange with particles.
 /// Then they exchange one by one.
 void SceneFilm::run(View<const FrameParams> frame) {
-  for (Coat& coat : coats_) flow(coat.beside->follow(ctx_), coat, frame);
-  if (real_) real_->flow(frame, liquid_);
-  for (Coat& coat : coats_) coat.beside->join(ctx_);
+  const NeighbourSearch& search = liquid_.search();
+  const LiquidArrivals liquid = liquid_.arrivals();
   for (Coat& coat : coats_) {
-    coat.exchange->run(ctx_, *coat.film, skin(coat, frame), liquid_.search(), liquid_.arrivals());
+    ExecContext &touching = coat.touching->follow(ctx_), &flowing = coat.flowing->follow(ctx_);
+    coat.exchange->find_touching(touching, skin(coat, frame), search, liquid);
+    coat.film->step(flowing, surface_of(coat.body), frame);
+    coat.exchange->find_givers(flowing, *coat.film, skin(coat, frame), search, liquid);
+  }
+  if (real_) real_->flow(frame, liquid_);
+  for (Coat& coat : coats_) {
+    coat.touching->join(ctx_);
+    coat.flowing->join(ctx_);
+  }
+  for (Coat& coat : coats_) {
+    coat.exchange->run(ctx_, *coat.film, skin(coat, frame), search, liquid);
     coat.film->sum(ctx_);
   }
   if (real_) real_->exchange(frame, liquid_);
-}
-
-void SceneFilm::flow(ExecContext& ctx, Coat& coat, View<const FrameParams> frame) {
-  coat.film->step(ctx, surface_of(coat.body), frame);
-  coat.exchange->find(ctx, *coat.film, skin(coat, frame), liquid_.search(), liquid_.arrivals());
 }
 
 FilmSkin SceneFilm::skin(const Coat& coat, View<const FrameParams> frame) const {

@@ -58,7 +58,7 @@ class SceneFilm {
     SoftBody* body = nullptr;  ///< nullptr: obstacles
     std::unique_ptr<Film> film;
     std::unique_ptr<FilmExchange> exchange;
-    std::unique_ptr<SideStream> beside;  ///< where it flows
+    std::unique_ptr<SideStream> touching, flowing;  ///< where it looks for particles, and flows
     Readback::Place sums, ledger;
     Index vertices = 0;  ///< of the surface, at the last cut
   };
@@ -69,7 +69,6 @@ class SceneFilm {
   FilmSettings film_settings() const;
   FilmExchangeSettings exchange_settings() const;
   void run(View<const FrameParams> frame);
-  void flow(ExecContext& ctx, Coat& coat, View<const FrameParams> frame);
   FilmSkin skin(const Coat& coat, View<const FrameParams> frame) const;
   void add_wet_obstacles(std::span<const Rigidd> T_world, std::vector<WetObstacle>& all) const;
 

@@ -192,8 +192,8 @@ __global__ void __launch_bounds__(K::kThreads, least_blocks<K>())
   __shared__ typename K::Shared shared;
   wait_for_the_kernel_before();
   const Index n = count.get();
+  const auto& k = loaded_by_block(kernel);  // for nothing in some blocks, but at the same time as the count
   if (static_cast<Index>(blockIdx.x) >= n) return;
-  const auto& k = loaded_by_block(kernel);
   for (Index i = static_cast<Index>(blockIdx.x); i < n; i += static_cast<Index>(gridDim.x)) {
     k(CudaBlock<K::kThreads>(i), shared);
   }

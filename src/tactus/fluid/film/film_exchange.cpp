@@ -82,12 +82,6 @@ void FilmExchange::archive(ExecContext& ctx, StateArchive& a) {
   a.buffer(ctx, "film's ledger", ledger_);
 }
 
-void FilmExchange::find(ExecContext& ctx, const Film& film, const FilmSkin& skin,
-                        const NeighbourSearch& search, const LiquidArrivals& liquid) {
-  find_touching(ctx, skin, search, liquid);
-  find_givers(ctx, film, skin, search, liquid);
-}
-
 void FilmExchange::find_touching(ExecContext& ctx, const FilmSkin& skin, const NeighbourSearch& search,
                                  const LiquidArrivals& liquid) {
   if (!settings_.is_still) vertices_.build(ctx, skin.surface.x_m, {}, skin.surface.vertices);

@@ -13,7 +13,8 @@ struct FilmExchangeSettings {
   float reach_m = 0;        ///< a particle's nearest vertex is at most so far: d and an edge of the surface
   Index max_particles = 0;  ///< that the liquid has room for
   bool is_still = false;    ///< the surface never moves: its vertices are sorted at the start alone
-  bool is_new = false;      ///< its vertices are others each time: last_places_m() is filled in before find()
+  bool is_new =
+      false;  ///< its vertices are others each time: last_places_m() is filled in before find_touching()
 };
 
 /// Between two steps of a liquid that is in one part: particles that touch a surface slowly become film, and
@@ -36,11 +37,14 @@ class FilmExchange {
   FilmSkin skin(const FilmSurface& surface, View<const Vec3f> normals, View<const FrameParams> frame) const {
     return {surface, normals, last_x_m_.const_view(), frame};
   }
-  /// Finds the particles that touch, and the vertices that have too much. Changes neither film nor liquid, so
-  /// those of several films may do this at the same time. @param search of the liquid's last step
-  void find(ExecContext& ctx, const Film& film, const FilmSkin& skin, const NeighbourSearch& search,
-            const LiquidArrivals& liquid);
-  /// Once it was found: takes and gives. One film after the other; particles that another took stay with it.
+  /// Finds the particles that touch, and once the film has flowed, the vertices that have too much. Neither
+  /// changes film or liquid, nor needs the other: they may run at the same time, and those of several films.
+  /// @param search of the liquid's last step
+  void find_touching(ExecContext& ctx, const FilmSkin& skin, const NeighbourSearch& search,
+                     const LiquidArrivals& liquid);
+  void find_givers(ExecContext& ctx, const Film& film, const FilmSkin& skin, const NeighbourSearch& search,
+                   const LiquidArrivals& liquid);
+  /// After both: takes and gives. One film after the other; particles that another took stay with it.
   void run(ExecContext& ctx, Film& film, const FilmSkin& skin, const NeighbourSearch& search,
            const LiquidArrivals& liquid);
 
@@ -55,11 +59,6 @@ class FilmExchange {
   View<const FilmLedger> ledger() const { return ledger_.const_view(); }
 
  private:
-  void find_touching(ExecContext& ctx, const FilmSkin& skin, const NeighbourSearch& search,
-                     const LiquidArrivals& liquid);
-  void find_givers(ExecContext& ctx, const Film& film, const FilmSkin& skin, const NeighbourSearch& search,
-                   const LiquidArrivals& liquid);
-
   FilmExchangeSettings settings_;
   FilmExchangeLaw law_;
   NeighbourSearch vertices_, places_;

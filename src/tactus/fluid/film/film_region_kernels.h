@@ -98,6 +98,7 @@ struct KeepWetFilm {
 
 /// Thread: vertex of a ring. Its neighbours that are in none yet are the next ring.
 struct MarkFilmRing {
+  static constexpr int kAtOnce = 4;  ///< triangles: a GPU's thread waits for their corners together
   FilmSurface surface;
   View<Index> mark;
   FilmCounts counts;
@@ -110,14 +111,21 @@ struct MarkFilmRing {
   }
   TACTUS_HD void operator()(Index i) const {
     const Index v = region[first + i], next = first + counts.all[FilmCounts::kFirstRing + ring];
-    for (Index e = surface.lists[v].begin; e < surface.lists[v].end; ++e)
-      for (int k = 0; k < 3; ++k) {
-        const Index other = surface.corners[3 * surface.incident[e] + k];
-        auto& own = reinterpret_cast<std::uint32_t&>(mark[other]);
-        if (atomic_load(own) == 0 && atomic_replace(own, 0U, static_cast<std::uint32_t>(ring) + 2) == 0)
-          region[next + counts.add(FilmCounts::kFirstRing + ring + 1)] = other;
-      }
+    const IndexRange list = surface.lists[v];
+    for (Index e = list.begin; e < list.end; e += kAtOnce) {
+      Index corner[3 * kAtOnce];
+      bool is_free[3 * kAtOnce];
+      for (int c = 0; c < 3 * kAtOnce; ++c)
+        corner[c] = surface.corners[3 * surface.incident[min(e + c / 3, list.end - 1)] + c % 3];
+      for (int c = 0; c < 3 * kAtOnce; ++c) is_free[c] = atomic_load(own_mark(corner[c])) == 0;
+      for (int c = 0; c < 3 * kAtOnce; ++c)
+        if (is_free[c] && atomic_replace(own_mark(corner[c]), 0U, static_cast<std::uint32_t>(ring) + 2) == 0)
+          region[next + counts.add(FilmCounts::kFirstRing + ring + 1)] = corner[c];
+    }
   }
+
+ private:
+  TACTUS_HD std::uint32_t& own_mark(Index v) const { return reinterpret_cast<std::uint32_t&>(mark[v]); }
 };
 
 /// Adds the rings up, and empties all for the lists that follow.
