@@ -27,7 +27,8 @@ void pause_briefly() {
 LoopThreads& LoopThreads::of_process() {
   // As many as TBB would start, which heeds the cores that the process may use. They are never ended: loops
   // may run in destructors of other statics.
-  static auto* const threads = new LoopThreads(std::max(1, tbb::info::default_concurrency()));
+  static auto* const threads =
+      new LoopThreads(std::clamp(tbb::info::default_concurrency(), 1, (1 << kPartBits) - 1));
   return *threads;
 }
 
@@ -49,8 +50,8 @@ bool LoopThreads::run(Index count, Index grain, Body body, void* data) {
     part.end = begin_of(p + 1);
     part.next.store(begin_of(p), std::memory_order_relaxed);
   }
-  std::uint32_t number = number_.load(std::memory_order_relaxed) + 1;
-  if (number == 0) ++number;  // "none"
+  const std::uint32_t last = number_.load(std::memory_order_relaxed) >> kPartBits,
+                      number = (last + 1) << kPartBits | static_cast<std::uint32_t>(parts);
   open_.store(number);
   number_.store(number);
   if (sleeping_.load() > 0) number_.notify_all();
@@ -92,8 +93,9 @@ void LoopThreads::run_pieces(Loop loop, Index own_part) {
 void LoopThreads::serve(Index thread) {
   for (std::uint32_t seen = 0;;) {
     seen = wait_for_other_than(seen);
+    if (thread >= parts_of(seen)) continue;
     joined_.fetch_add(1);
-    if (open_.load() == seen && thread < loop_.parts) work(thread);
+    if (open_.load() == seen) work(thread);
     joined_.fetch_sub(1);
   }
 }

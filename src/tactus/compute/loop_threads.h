@@ -32,6 +32,11 @@ class LoopThreads {
 
  private:
   static constexpr double kSpin_s = 2e-4;
+  /// Of a loop's number; the rest counts loops. Threads without a part see it there, and stay out.
+  static constexpr int kPartBits = 12;
+  static constexpr Index parts_of(std::uint32_t number) {
+    return static_cast<Index>(number & ((1U << kPartBits) - 1));
+  }
   struct alignas(64) Part {
     std::atomic<Index> next = 0;
     Index end = 0;
@@ -52,7 +57,7 @@ class LoopThreads {
   std::vector<Part> parts_;
   Loop loop_;
   std::atomic<bool> is_busy_ = false;
-  alignas(64) std::atomic<std::uint32_t> number_ = 0;  ///< of the latest loop
+  alignas(64) std::atomic<std::uint32_t> number_ = 0;  ///< of the latest loop, and its parts
   std::atomic<std::uint32_t> open_ = 0;                ///< number of the loop that may be joined; 0: none
   std::atomic<int> sleeping_ = 0;
   alignas(64) std::atomic<int> joined_ = 0;  ///< threads, beside the caller, that may be reading loop_

@@ -24,8 +24,10 @@ struct WakePoints {
   template <class Block>
   TACTUS_HD void operator()(const Block& b, Shared& s) const {
     const TouchingPoints& body = of_all.body;
-    const Index block = blocks.used[b.index()], first = blocks.points[block].begin,
-                count = blocks.points[block].end - first;
+    const Index block = blocks.used[b.index()];
+    // A GPU waits for these together.
+    const IndexRange points = blocks.points[block], nodes = blocks.lists[block];
+    const Index then = blocks.pose[block], first = points.begin, count = points.end - first;
     if (body.nodes.has_stopped()) {
       if (begins_frame<Block>()) forget(block);
       return;
@@ -33,7 +35,7 @@ struct WakePoints {
     if (count == 0) return;  // capacity
     ContactFinder finder = of_all;
     finder.turn_to(first);
-    float moved_m = block_moved_m(b, s, finder, block), rounding_m = 0;
+    float moved_m = block_moved_m(b, s, finder, nodes, then), rounding_m = 0;
     const bool renews = begins_frame<Block>();
     if (renews) rounding_m = renew(finder, block, moved_m);
     if (Block::kIsLoop && moved_m != kNever && moved_m < least_sleep_m(first, count)) return;
@@ -147,13 +149,13 @@ struct WakePoints {
     for (Index i = first; i < first + count; ++i) least = min(least, blocks.sleep_m[i]);
     return least;
   }
-  /// How far a node of the block moved, at most, since the block was looked at; kNever: in this frame, it
-  /// never was.
+  /// How far a node of a block's list moved, at most, since the block was looked at, at the pose `then`;
+  /// kNever: in this frame, it never was.
   template <class Block>
-  TACTUS_HD float block_moved_m(const Block& b, Shared& s, const ContactFinder& finder, Index block) const {
-    const Index then = blocks.pose[block];
+  TACTUS_HD float block_moved_m(const Block& b, Shared& s, const ContactFinder& finder, IndexRange list,
+                                Index then) const {
     if (then < 0) return kNever;
-    const Index first = blocks.lists[block].begin, count = blocks.lists[block].end - first;
+    const Index first = list.begin, count = list.end - first;
     const auto node_m = [&](int k) { return finder.body.nodes.position(blocks.nodes[first + k]); };
     if constexpr (Block::kIsLoop) {  // loops over nodes alone, for their lanes
       BlockNodes now;

@@ -22,17 +22,22 @@ struct DenseMatrix {
   double operator()(int i, int j) const { return row(i)[j]; }
 };
 
-/// Replaces the lower triangle of a symmetric, positive semidefinite matrix by L, a = L L^T. Unknowns that no
-/// equation speaks of stay 0 in solutions with it.
+/// Replaces a symmetric, positive semidefinite matrix, of which the lower triangle is read, by L and L^T, a =
+/// L L^T. Unknowns that no equation speaks of stay 0 in solutions with it.
+///
+/// Row by row, and each of its numbers takes from all that follow: these stand side by side in L^T. Sums over
+/// k, one number after the other, would wait for each of their terms.
 inline void factorize(DenseMatrix& a) {
   for (int i = 0; i < a.rows; ++i) {
     double* own = a.row(i);
-    for (int j = 0; j <= i; ++j) {
-      const double* other = a.row(j);
-      double sum = own[j];
-      for (int k = 0; k < j; ++k) sum -= own[k] * other[k];
-      own[j] = i == j ? std::sqrt(std::max(sum, 1e-30)) : sum / other[j];
+    for (int k = 0; k < i; ++k) {
+      const double* above = a.row(k);
+      const double share = own[k] /= above[k];
+      for (int j = k + 1; j < i; ++j) own[j] -= share * above[j];
+      own[i] -= share * share;
     }
+    own[i] = std::sqrt(std::max(own[i], 1e-30));
+    for (int k = 0; k < i; ++k) a(k, i) = own[k];
   }
 }
 

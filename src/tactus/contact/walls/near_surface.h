@@ -26,31 +26,15 @@ struct NearSurface {
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_run(Vec3f low_m, Vec3f high_m, float to_middle_m,
                                                    F&& f) const {
-    const CellBox box = cells_near(low_m, high_m, to_middle_m);
-    cells.for_each_run(box.low, box.high, f);
-  }
-  /// f(run) for those near a point, where a GPU's lanes share rows of cells: a lane would wait for one row
-  /// after the other.
-  template <class F>
-  TACTUS_HD void for_each_run_of_rows(Vec3f p_m, float to_middle_m, Index first, Index step, F&& f) const {
-    const CellBox box = cells_near(p_m, p_m, to_middle_m);
-    cells.for_each_run_of_rows(box.low, box.high, first, step, f);
+    const Vec3i one{1, 1, 1};
+    const float r_m = min(to_middle_m, 2.F / cells.hash.inverse_cell_1_m);
+    const Vec3f r{r_m, r_m, r_m};
+    cells.for_each_run(max(cells.hash.cell(low_m - r), cells.hash.cell(low_m) - one),
+                       min(cells.hash.cell(high_m + r), cells.hash.cell(high_m) + one), f);
   }
   TACTUS_HD TriangleCorners corners_of(Index place) const {
     const Vec3i v = corners[place];
     return {posed[v.x].x_m, posed[v.y].x_m, posed[v.z].x_m};
-  }
-
- private:
-  struct CellBox {
-    Vec3i low, high;
-  };
-  TACTUS_HD CellBox cells_near(Vec3f low_m, Vec3f high_m, float to_middle_m) const {
-    const Vec3i one{1, 1, 1};
-    const float r_m = min(to_middle_m, 2.F / cells.hash.inverse_cell_1_m);
-    const Vec3f r{r_m, r_m, r_m};
-    return {max(cells.hash.cell(low_m - r), cells.hash.cell(low_m) - one),
-            min(cells.hash.cell(high_m + r), cells.hash.cell(high_m) + one)};
   }
 };
 

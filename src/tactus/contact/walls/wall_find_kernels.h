@@ -102,13 +102,9 @@ struct FindBodyWalls {
   TACTUS_HD void for_each_within(Vec3f p, int lane, F&& f) const {
     const NeighbourCells& cells = surface.cells;
     if (!cells.hash.holds(p)) return;
-    // As many lanes for each of the nine rows of cells.
-    constexpr int kOfRow = kLanes == 1 ? 1 : kLanes / 9, kRows = kLanes / kOfRow;
-    if (lane >= kRows * kOfRow) return;
-    const float to_middle_m = surface.reach_to_middle_m(reach_m);
-    surface.for_each_run_of_rows(p, to_middle_m, lane / kOfRow, kRows, [&](SlotRun run) {
+    surface.for_each_run(p, p, surface.reach_to_middle_m(reach_m), [&](SlotRun run) {
       TACTUS_ROLLED
-      for (Index slot = run.first + lane % kOfRow; slot < run.last; slot += kOfRow) {
+      for (Index slot = run.first + lane; slot < run.last; slot += kLanes) {
         const Vec3f to = p - cells.particles[slot].x_m;
         if (dot(to, to) <= sqr(reach_m + surface.radius_m[cells.order[slot]])) f(slot, to);
       }

@@ -46,22 +46,7 @@ struct NeighbourCells {
     }
   }
 
-  /// As for_each_run, but of every `step`-th row of cells from the first on: threads share a box.
-  template <class F>
-  TACTUS_HD void for_each_run_of_rows(Vec3i low, Vec3i high, Index first, Index step, F&& f) const {
-    const Index size = table_size[0], cells = high.x - low.x + 1, along = high.y - low.y + 1,
-                rows = along * (high.z - low.z + 1);
-    TACTUS_ROLLED
-    for (Index k = first; k < rows; k += step) {
-      const Vec3i at{low.x, low.y + k % along, low.z + k / along};
-      if (hash.ids == CellIds::linear)
-        for_row(row_at(at, cells, size), f);
-      else
-        for_each_run(at, {high.x, at.y, at.z}, f);
-    }
-  }
-
-  /// f(run) for the 27 cells around a point; none when it is not held.
+  /// Likewise for the 27 cells around a point; none when it is not held.
   template <class F>
   TACTUS_HD TACTUS_ALWAYS_INLINE void for_each_run_around(Vec3f p_m, F&& f) const {
     if (!hash.holds(p_m)) return;
@@ -91,18 +76,14 @@ struct NeighbourCells {
       at.z += at.y == high.y ? 1 : 0;
       at.y = at.y == high.y ? low.y : at.y + 1;
       if (left > 1) next = row_at(at, cells, size);
-      for_row(row, f);
-    }
-  }
-  template <class F>
-  TACTUS_HD TACTUS_ALWAYS_INLINE void for_row(const Row& row, F&& f) const {
-    SlotRun run = row.run;
-    // At most twice: f is long, and there should be one of it.
-    TACTUS_ROLLED
-    for (bool wraps = row.beyond > 0;; wraps = false) {
-      f(run);
-      if (!wraps) break;
-      run = {begin[0], begin[row.beyond]};
+      SlotRun run = row.run;
+      // At most twice: f is long, and there should be one of it.
+      TACTUS_ROLLED
+      for (bool wraps = row.beyond > 0;; wraps = false) {
+        f(run);
+        if (!wraps) break;
+        run = {begin[0], begin[row.beyond]};
+      }
     }
   }
 };

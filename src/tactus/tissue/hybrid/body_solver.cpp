@@ -253,6 +253,7 @@ void BodySolver::substep_in_cells(const BodyStep& step, int k, int count) {
 }
 
 void BodySolver::substep(const BodyStep& step, int k, int count) {
+  matching_every_ = step.matching_every;
   if (is_changed_in_cells()) return changed_substep_in_cells(step, k);
   if (stays_in_cells()) return substep_in_cells(step, k, count);
   if (k == 0)

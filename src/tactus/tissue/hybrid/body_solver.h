@@ -53,8 +53,8 @@ class BodySolver {
   /// last check is end_frame's.
   void check_nodes(int k, int count);
   /// Diverged nodes are looked for after so many substeps: of elements alone four, as a check costs a
-  /// twentieth of such a substep; shape matching carries them to whole regions in one.
-  int check_every() const { return model().flsm() ? 1 : 4; }
+  /// twentieth of such a substep; else before shapes are matched, which carries them to whole regions.
+  int check_every() const { return model().flsm() ? matching_every_ : 4; }
   /// And come back. `count` substeps were made; with follow(), the device knows.
   void end_substeps(int count);
   /// Checks nodes after the last substep, measures how strained the elements are, and brings all nodes to the
@@ -239,6 +239,7 @@ class BodySolver {
   std::size_t motion_count_;
   bool has_boundary_, is_free_;
   int changes_;
+  int matching_every_ = 1;             ///< of the latest substep
   std::array<Vec3f, 1> spin_rad_s_{};  ///< sent to the devices
   const FrameOnDevices* frame_ = nullptr;
   BodyState body_;                                        ///< x and v, of several parts
