@@ -17,8 +17,10 @@ struct LiquidReport {
   // Sums over particles, as integers: in any order the same.
   std::uint64_t borne =
       0;  ///< p / (rho0 d) of dfsph [m/s^2], in kBorneUnits: g times the layers that each bears
-  std::uint64_t excess = 0;  ///< of the density over that at rest, where there is one, in kExcessUnits
-  static constexpr float kBorneUnits = 1048576.F, kExcessUnits = 1099511627776.F;
+  /// Of the density over that at rest, where there is one, in kExcessUnits. No particle counts more than
+  /// kMostExcess: liquid that is caught, as in an open cut, iterations don't mend.
+  std::uint64_t excess = 0;
+  static constexpr float kBorneUnits = 1048576.F, kExcessUnits = 1099511627776.F, kMostExcess = 0.002F;
   Index here = 0;
   std::uint32_t placed = 0, emitted = 0, taken = 0, replaced = 0, waiting = 0;
   Index fast = 0;  ///< faster than max_speed_m_s now

@@ -175,8 +175,9 @@ struct ReportLiquid {
         r.fastest_m_s = max(r.fastest_m_s, speed);
         r.densest = max(r.densest, density_kg_m3[i] * inverse_density);
         r.borne += borne(i);
-        r.excess += static_cast<std::uint64_t>(clamp(density_kg_m3[i] * inverse_density - 1.F, 0.F, 1.F) *
-                                               LiquidReport::kExcessUnits);
+        r.excess += static_cast<std::uint64_t>(
+            clamp(density_kg_m3[i] * inverse_density - 1.F, 0.F, LiquidReport::kMostExcess) *
+            LiquidReport::kExcessUnits);
         r.quartic += LiquidReport::quartic_of(relative_m_s[i] / max_speed_m_s);
         r.low_m = min(r.low_m, x_m[i]);
         r.high_m = max(r.high_m, x_m[i]);
