@@ -393,10 +393,15 @@ struct SumRecords {
 
  private:
   TACTUS_HD ColliderTotals sum_from(Index first, Index step, Index count, Index collider) const {
+    constexpr int kAtOnce = 4;  // a GPU's thread waits for them together
     ColliderTotals sum{};
-    for (Index k = first; k < count; k += step) {
-      const Index i = points[k];
-      if (i >= 0 && recorded[i] != 0 && records[i].collider == collider) sum.add(records[i]);
+    for (Index k = first; k < count; k += kAtOnce * step) {
+      Index point[kAtOnce];
+      bool is_recorded[kAtOnce];
+      for (int u = 0; u < kAtOnce; ++u) point[u] = k + u * step < count ? points[k + u * step] : -1;
+      for (int u = 0; u < kAtOnce; ++u) is_recorded[u] = point[u] >= 0 && recorded[point[u]] != 0;
+      for (int u = 0; u < kAtOnce; ++u)
+        if (is_recorded[u] && records[point[u]].collider == collider) sum.add(records[point[u]]);
     }
     return sum;
   }

@@ -1,5 +1,6 @@
 #pragma once
 /// Particles that come and go, and the ledgers of them.
+#include "tactus/compute/fold.h"
 #include "tactus/fluid/liquid_report.h"
 #include "tactus/fluid/wall_kernels.h"
 
@@ -137,14 +138,11 @@ struct SumWalls {
   View<WallSumsCopy> copies;
   View<WallSums> totals;
   TACTUS_HD void operator()(Index collider) const {
+    const Index first = collider * WallSumsCopy::kOfEach;
     WallSums total{};
-    for (Index c = collider * WallSumsCopy::kOfEach; c < (collider + 1) * WallSumsCopy::kOfEach; ++c) {
-      WallSums& sums = copies[c].sums;
-      for (int a = 0; a < 3; ++a) {
-        total.impulse[a] += sums.impulse[a];
-        sums.impulse[a] = 0;
-      }
-    }
+    for (Index c = first; c < first + WallSumsCopy::kOfEach; ++c)
+      for (int a = 0; a < 3; ++a) total.impulse[a] += copies[c].sums.impulse[a];
+    for (Index c = first; c < first + WallSumsCopy::kOfEach; ++c) copies[c].sums = {};
     totals[collider] = total;
   }
 };
@@ -184,9 +182,9 @@ struct ReportLiquid {
       }
       s.of[t] = r;
     });
+    fold<kThreads>(b, kThreads, [&](int t, int other) { s.of[t].add(s.of[other]); });
     b.on_one_thread([&] {
       LiquidReport r = s.of[0];
-      for (int t = 1; t < kThreads; ++t) r.add(s.of[t]);
       if (b.index() == 0) add_ledger(r);
       reports[b.index()] = r;
     });

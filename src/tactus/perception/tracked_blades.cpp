@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tactus/base/error.h"
+#include "tactus/compute/cpu_for.h"
 
 namespace tactus {
 namespace {
@@ -161,7 +162,8 @@ std::span<const BitMask> TrackedBlades::follow(std::span<const BitMask> masks, d
     sweep(blade);
     report(blade, notices);
   }
-  masks_.assign(masks.begin(), masks.end());
+  masks_.resize(masks.size());
+  cpu_for(masks.size(), 1, [&](std::size_t c) { masks_[c] = masks[c]; });
   for (const Blade& blade : blades_) blade.tracker->take_from(masks_);
   return masks_;
 }

@@ -215,11 +215,11 @@ bool BladeTracker::seek(std::span<const BitMask> masks, std::span<const BitMask>
   return !tries.empty();
 }
 
-/// The largest of the edge's points, each by its 3x3 covariance.
+/// The largest of the edge's points, each by its 3x3 covariance. No eigenvalue is larger than the root of the
+/// sum of all squares, so few points are looked at as closely as that.
 double BladeTracker::two_sigma_m(const Hypothesis& of) const {
   const Matrix6 covariance = of.filter.covariance();
-  double most = 0;
-  for (const Vec3f p : model_.edge_m) {
+  const auto of_point = [&](Vec3f p) {
     const Vec3d arm_m = of.filter.pose().R * (vec_cast<double>(p) - mesh_.center_m);
     SmallMatrix<3, 6> by;  // turn x arm + shift
     const Mat3d cross_arm{{{0, arm_m.z, -arm_m.y}, {-arm_m.z, 0, arm_m.x}, {arm_m.y, -arm_m.x, 0}}};
@@ -227,13 +227,27 @@ double BladeTracker::two_sigma_m(const Hypothesis& of) const {
       by(i, 3 + i) = 1;
       for (int j = 0; j < 3; ++j) by(i, j) = cross_arm(i, j);
     }
-    const SmallMatrix<3> of_point = by * covariance * transpose(by);
+    const SmallMatrix<3> product = by * covariance * transpose(by);
     Mat3d m = Mat3d::zero();
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) m(i, j) = of_point(i, j);
-    most = std::max(most, 2 * std::sqrt(std::max(symmetric_eigen(m).values[0], 0.0)));
+      for (int j = 0; j < 3; ++j) m(i, j) = product(i, j);
+    return m;
+  };
+  const auto bound = [](const Mat3d& m) {
+    double squares = 0;
+    for (const Vec3d& row : m.row) squares += dot(row, row);
+    return (1 + 1e-9) * std::sqrt(squares);  // rounding
+  };
+  std::vector<Mat3d> points;
+  for (const Vec3f p : model_.edge_m) points.push_back(of_point(p));
+  std::sort(points.begin(), points.end(),
+            [&](const Mat3d& a, const Mat3d& b) { return bound(a) > bound(b); });
+  double most_m2 = 0;
+  for (const Mat3d& m : points) {
+    if (bound(m) <= most_m2) break;
+    most_m2 = std::max(most_m2, symmetric_eigen(m).values[0]);
   }
-  return most;
+  return 2 * std::sqrt(most_m2);
 }
 
 /// Searches the masks without the best pose's own pixels, and compares the model's fits there with the best.
