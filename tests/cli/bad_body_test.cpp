@@ -40,6 +40,10 @@ TEST_F(BadBody, MeshesThatBoundNoSolid) {
   EXPECT_TRUE(has(filled.text, "warning: body 'b': its mesh does not bound a solid: 3 open edges"))
       << filled.text;
   expect_refused(run(mesh(open + "f 4 6 8\n")), 1, {"3 edges between triangles that face opposite ways"});
+  // The winding number leaves a corner out, and the refusal says whose, and what is odd about its mesh.
+  expect_refused(run(mesh(open + "f 4 6 8\n", ", fill: winding")), 1,
+                 {"error: body 'b': surface vertex", "the mesh encloses nothing there",
+                  "3 edges between triangles that face opposite ways"});
   expect_refused(run(mesh(open + kLastFace + "v 0 0 nan\nf 4 8 9\n")), 1,
                  {"b.obj:21: vertex 8 is (0, 0, nan)"});
   expect_refused(run(mesh("v 0 0 0\n")), 1, {"b.obj: no triangles in it, expected a surface"});

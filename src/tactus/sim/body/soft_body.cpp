@@ -82,21 +82,16 @@ std::unique_ptr<BodySolver> make_tissue(DeviceSet& devices, const BodyDescriptio
   const int changes = !body.contact ? 0 : on_first_device ? 2 : 1;
   report_many_cubes(body, static_cast<double>(shape.lattice.cube_count()),
                     " cubes: making tables of their elements");
-  try {
-    return std::make_unique<BodySolver>(
-        devices,
-        BodyModel{
-            .lattice = shape.lattice,
-            .elements = shape.elements,
-            .materials = shape.materials,
-            .material_of_cube = shape.material_of_cube,
-            .tled = elements,
-            .flsm = matched,
-            .conditions = {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}},
-        BodySolver::Settings{.least_elements = least, .changes = changes});
-  } catch (const Error& e) {
-    throw Error("body '" + body.name + "': " + e.what(), e.kind());
-  }
+  return std::make_unique<BodySolver>(
+      devices,
+      BodyModel{.lattice = shape.lattice,
+                .elements = shape.elements,
+                .materials = shape.materials,
+                .material_of_cube = shape.material_of_cube,
+                .tled = elements,
+                .flsm = matched,
+                .conditions = {.motions = shape.motions, .loads = shape.loads, .surface = &shape.surface_m}},
+      BodySolver::Settings{.least_elements = least, .changes = changes});
 }
 
 }  // namespace
@@ -120,6 +115,16 @@ SoftBody::SoftBody(DeviceSet& devices, const BodyDescription& body, BodyShape sh
 }
 
 void SoftBody::make_parts() {
+  try {
+    build_parts();
+  } catch (const Error& e) {
+    std::string text = "body '" + name() + "': " + e.what();
+    for (const std::string& odd : shape_.warnings) text += "; " + odd;
+    throw Error(text, e.kind());
+  }
+}
+
+void SoftBody::build_parts() {
   BodyDescription built = description_;
   built.material.young_modulus_pa = built_young_Pa_;
   const TledOptions elements = element_options(built.material, shape_);

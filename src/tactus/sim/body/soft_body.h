@@ -113,7 +113,9 @@ class SoftBody {
   void find_largest_energy();
   /// "" or why the body's state is none that its material could reach.
   std::string impossible_state() const;
+  /// @throws Error that names the body, and what is odd about its shape.
   void make_parts();
+  void build_parts();
   void make_points_and_cuts();
   void warn_of_fast_motion(const NodeMotion& motion) const;
 
