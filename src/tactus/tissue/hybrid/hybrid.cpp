@@ -226,7 +226,7 @@ void Hybrid::sum_forces(ExecContext& ctx, const BodyState& state, const BodyStep
   if (matches)
     flsm_->compute_goals(side_stream_ ? side_stream_->follow(ctx) : ctx, state, matching_step(step),
                          matched_nodes_.const_view());
-  if (has_elements_) tled_.compute_forces(ctx, state, step.time());
+  if (has_elements_) tled_.find_forces(ctx, state, step.time());
   if (matches && side_stream_) side_stream_->join(ctx);
 }
 
@@ -240,12 +240,14 @@ void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step
                         const Count& used) {
   const FlsmGoals goals = flsm_ ? flsm_->goals() : FlsmGoals{};
   const auto own = [&](auto view) { return view.part(nodes.begin, nodes.count()); };
+  tled::SummedForces internal = tled_.forces();
+  if (!internal.first_of_node.empty()) internal.first_of_node = own(internal.first_of_node);
   ctx.parallel_for(
       "hybrid/integrate", used,
       hybrid::Integrate{.x_m = own(state.x_m.view()),
                         .v_m_s = own(state.v_m_s.view()),
                         .f_ext_N = own(state.f_ext_N.const_view()),
-                        .f_int_N = tled_.force_fields_N(),
+                        .f_int = internal,
                         .element_cell = own(tled_.cell()),
                         .matched_node = own(matched_node_.const_view()),
                         .matched_cell = goals.cell,
@@ -255,7 +257,6 @@ void Hybrid::move_nodes(ExecContext& ctx, BodyState& state, const BodyStep& step
                         .inverse_mass_per_kg = own(inverse_mass_per_kg_.const_view()),
                         .fixed = own(fixed_.const_view()),
                         .only_matched = own(only_matched_.const_view()),
-                        .element_cells = tled_.cells(),
                         .matched_cells = goals.cells,
                         .time = step.time(),
                         .step = flsm_ ? flsm_->pace(matching_step(step)) : flsm::StepParameters{0, 0, 1, 1},

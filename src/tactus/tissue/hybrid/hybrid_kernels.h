@@ -4,6 +4,7 @@
 #include "tactus/frame/frame_params.h"
 #include "tactus/geom/maths/held_axes.h"
 #include "tactus/tissue/flsm/flsm_kernels.h"
+#include "tactus/tissue/tled/summed_forces.h"
 
 namespace tactus::hybrid {
 
@@ -14,8 +15,7 @@ namespace tactus::hybrid {
 struct Integrate {
   View<Vec3f> x_m, v_m_s;
   View<const Vec3f> f_ext_N;
-  // elements: three fields over cells
-  View<const float> f_int_N;
+  tled::SummedForces f_int;  ///< of elements
   View<const Index> element_cell;
   // shape matching: per node of that part
   View<const Index> matched_node;  ///< per node of the body; -1: in no matched cube
@@ -25,7 +25,7 @@ struct Integrate {
   View<const float> inverse_mass_per_kg;
   View<const Index> fixed;  ///< HeldAxes
   View<const Index> only_matched;
-  Index element_cells, matched_cells;
+  Index matched_cells;
   StepTime time;
   flsm::StepParameters step;
   float drag_per_s, elements_damping_time_s;
@@ -63,9 +63,7 @@ struct Integrate {
     const Vec3f x = x_m[i], v = v_m_s[i];
     const Index d = element_cell[i], matched = matched_node[i];
     const float dt = alone ? dt_matched_s : time.dt_s, kick = alone ? kick_matched_s : time.kick_s;
-    const Vec3f f = turned_back({f_int_N[d], f_int_N[element_cells + d], f_int_N[2 * element_cells + d]},
-                                elements_turn_rad) +
-                    f_ext_N[i];
+    const Vec3f f = turned_back(f_int.at(i, d), elements_turn_rad) + f_ext_N[i];
     Vec3f dv = kick * (time.gravity_m_s2 + inverse_mass_per_kg[i] * f);
     if (matched >= 0 && new_goals)
       dv += (matched_share[i] * stiffness_per_s) * turned_back(to_goal(matched, x, v), matched_turn_rad);

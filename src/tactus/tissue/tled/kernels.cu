@@ -48,4 +48,5 @@ TACTUS_CUDA_KERNEL(tactus::tled::FlagFirstCorners);
 TACTUS_CUDA_KERNEL(tactus::tled::KeepExternal);
 TACTUS_CUDA_KERNEL(tactus::tled::MoveVirtualNodes);
 TACTUS_CUDA_KERNEL(tactus::tled::AddVirtualForces);
+TACTUS_CUDA_KERNEL(tactus::tled::NoteFirstCorners);
 TACTUS_CUDA_KERNEL(tactus::tled::FindCopyExtremes);

@@ -310,10 +310,14 @@ void Tled::launch_forces(ExecContext& ctx, Tiles which, int k, const Cube& cube,
 }
 
 void Tled::compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time) {
+  find_forces(ctx, state, time);
+  if (virtual_elements_.has_capacity()) virtual_elements_.add_to(ctx, f_N_.view(), grid_.cells);
+}
+
+void Tled::find_forces(ExecContext& ctx, const BodyState& state, const StepTime& time) {
   ctx.parallel_for("tled/load_positions", nodes_in_use(), load_positions(state));
   sum_forces(ctx, Tiles::all, 0, time, tled::StoreForces{f_N_.view(), grid_.cells});
   find_virtual_forces(ctx, 0, time);
-  if (virtual_elements_.has_capacity()) virtual_elements_.add_to(ctx, f_N_.view(), grid_.cells);
   if (time.dt_s > 0 || !time.frame.empty()) keep_history(ctx, 1);
 }
 

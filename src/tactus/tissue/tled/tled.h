@@ -52,6 +52,8 @@ class Tled {
   /// Internal forces of all nodes [N] for the positions damping_time_s() ahead. Stresses relax for a step of
   /// `time`; without one not at all. Asynchronous.
   void compute_forces(ExecContext& ctx, const BodyState& state, const StepTime& time = {});
+  /// Likewise, for solvers that ask for them node by node: forces().
+  void find_forces(ExecContext& ctx, const BodyState& state, const StepTime& time);
   /// @throws Error when dt_s exceeds stable_step_s(), naming the limit.
   void check_step(float dt_s) const;
   /// So many substeps of a body whose cubes are all elements, after check_step. Nodes are held along all axes
@@ -110,8 +112,8 @@ class Tled {
   /// Forces of the last compute_forces, on the host. Synchronizes.
   std::vector<Vec3f> forces_N(ExecContext& ctx) const;
 
-  // For solvers that go on with the forces: three fields over cells.
-  View<const float> force_fields_N() const { return f_N_.view(); }
+  /// After find_forces. Of node i in cell()[i].
+  tled::SummedForces forces() const { return virtual_elements_.forces(f_N_.view(), grid_.cells); }
   View<const Index> cell() const { return cell_.view(); }
   Index cells() const { return grid_.cells; }
 

@@ -2,6 +2,7 @@
 /// Copies of cubes that were cut: their forces, and the nodes on which they act. They stand in lists beside
 /// the dense tiles.
 #include "tactus/tissue/embed_kernels.h"
+#include "tactus/tissue/tled/summed_forces.h"
 #include "tactus/tissue/tled/tled_kernels.h"
 
 namespace tactus::tled {
@@ -92,21 +93,6 @@ struct CopyForces {
   }
 };
 
-/// Corners of copies, sorted by node. Those of one node follow each other in ascending order of copies.
-struct CornersOfNodes {
-  View<const Index> first;         ///< per node that copies have: its first corner
-  View<const std::uint32_t> node;  ///< per corner
-  View<const Index> corner;        ///< 8 copy + q
-  View<const Vec3f> f_N;           ///< eight per copy
-  TACTUS_HD Index node_of(Index i) const { return static_cast<Index>(node[first[i]]); }
-  TACTUS_HD Vec3f force(Index i) const {
-    const std::uint32_t own = node[first[i]];
-    Vec3f sum{};
-    for (Index e = first[i]; e < node.size() && node[e] == own; ++e) sum += f_N[corner[e]];
-    return sum;
-  }
-};
-
 /// Virtual nodes move. Nodes that tiles move get the copies' forces as external acceleration.
 struct MoveVirtualNodes {
   static constexpr int kGrain = 256;
@@ -143,12 +129,11 @@ struct KeepExternal {
 struct AddVirtualForces {
   CornersOfNodes corners;
   View<const Index> cell;
-  View<float> f_N;  ///< 3 fields over cells
-  Index cells, first_virtual_cell;
+  SummedForces forces;
+  View<float> f_N;  ///< out: 3 fields over cells; may be those of the tiles
   TACTUS_HD void operator()(Index i) const {
-    const Index c = cell[corners.node_of(i)];
-    const Vec3f of_tiles = c < first_virtual_cell ? vector_at(f_N, cells, c) : Vec3f{};
-    store_vector(f_N, cells, c, of_tiles + corners.force(i));
+    const Index node = corners.node_of(i), c = cell[node];
+    store_vector(f_N, forces.cells, c, forces.at(node, c));
   }
 };
 
@@ -212,6 +197,13 @@ struct FlagFirstCorners {
     const std::uint32_t before = e == 0 ? KeyCorners::kNone : node[e - 1];
     is_first[e] = node[e] != KeyCorners::kNone && node[e] != before ? 1 : 0;
   }
+};
+
+/// Thread: node that copies have. Where its corners begin, after all were set to -1.
+struct NoteFirstCorners {
+  CornersOfNodes corners;
+  View<Index> first_of_node;
+  TACTUS_HD void operator()(Index i) const { first_of_node[corners.node_of(i)] = corners.first[i]; }
 };
 
 }  // namespace tactus::tled

@@ -38,6 +38,7 @@ VirtualElements::VirtualElements(ExecContext& ctx, std::span<const embed::CubeNo
   for (auto* words : {&node_, &node_scratch_}) *words = Buffer<std::uint32_t>(device, 8 * count);
   for (auto* words : {&corner_, &corner_scratch_, &first_}) *words = Buffer<Index>(device, 8 * count);
   node_count_ = Buffer<Index>(device, 1);
+  first_of_node_ = Buffer<Index>(device, cell.size());
   for (Buffer<float>& history : history_Pa_)
     history = to_device(ctx, std::vector<float>(static_cast<std::size_t>(history_fields) * copies.size()));
   use(0, used);
@@ -62,7 +63,7 @@ void VirtualElements::use(Index copies, Index nodes) {
 
 /// Corners of copies behind `copies` have no node, and stay behind the others.
 void VirtualElements::sort_corners(ExecContext& ctx, Index copies) {
-  if (copies == 0) return;
+  if (copies == 0) return ctx.fill_bytes(first_of_node_.view(), 0xff);
   const Index corners = 8 * copies;
   ctx.parallel_for("tled/copy_cells", copies,
                    FindCopyCells{copies_.const_view(), cell_.const_view(), corners_.view()});
@@ -74,6 +75,8 @@ void VirtualElements::sort_corners(ExecContext& ctx, Index copies) {
   ctx.parallel_for("tled/first_corners", corners,
                    FlagFirstCorners{node_.const_view(), corner_scratch_.view()});
   ctx.compact("tled/first_corners", corners, corner_scratch_.const_view(), first_.view(), node_count_.view());
+  ctx.fill_bytes(first_of_node_.view(), 0xff);
+  ctx.parallel_for("tled/first_corners", nodes(), NoteFirstCorners{by_node(), first_of_node_.view()});
 }
 
 void VirtualElements::load(ExecContext& ctx, View<const float> external_m_s2, Index cells) {
@@ -95,9 +98,14 @@ CornersOfNodes VirtualElements::by_node() const {
   return {first_.const_view(), node_.const_view(), corner_.const_view(), f_N_.const_view()};
 }
 
+SummedForces VirtualElements::forces(View<const float> of_tiles_N, Index cells) const {
+  if (!has_capacity()) return {of_tiles_N, cells, cells};
+  return {of_tiles_N, cells, first_virtual_cell_, by_node(), first_of_node_.const_view()};
+}
+
 void VirtualElements::add_to(ExecContext& ctx, View<float> f_N, Index cells) {
   ctx.parallel_for("tled/add_virtual", nodes(),
-                   AddVirtualForces{by_node(), cell_.const_view(), f_N, cells, first_virtual_cell_});
+                   AddVirtualForces{by_node(), cell_.const_view(), forces(f_N, cells), f_N});
 }
 
 void VirtualElements::find_extremes(ExecContext& ctx, View<const float> x_m, Index cells, Index first_cube,

@@ -6,20 +6,20 @@
 #include "tactus/compute/exec_context.h"
 #include "tactus/frame/state_archive.h"
 #include "tactus/tissue/embedding.h"
+#include "tactus/tissue/tled/summed_forces.h"
 #include "tactus/tissue/tled/tled_data.h"
 
 namespace tactus::tled {
 
-struct CornersOfNodes;
 struct MoveNodes;
 
 /// Field by field, as `fields` lie behind one another: what reads them may have longer ones. Synchronizes.
 void archive_fields(ExecContext& ctx, StateArchive& a, const char* name, View<float> fields, Index count);
 
 /// Copies and their virtual nodes, on one device. Tled gives virtual nodes the cells behind its box, so
-/// kernels that load and store nodes need no second path. A substep sums the copies' forces node by node;
-/// then either nodes of the tiles get them as external acceleration and virtual nodes move (move), or all get
-/// them as forces (add_to).
+/// kernels that load and store nodes need no second path. A substep sums the copies' forces node by node:
+/// either nodes of the tiles get them as external acceleration and virtual nodes move (move), or what moves
+/// nodes asks for all forces of each (forces), or all are stored (add_to).
 ///
 /// There is capacity for so many copies and virtual nodes. The copies in use may change between frames: write
 /// them to copies() and stiffness(), then rebuild(). A recorded frame stays valid.
@@ -59,6 +59,8 @@ class VirtualElements {
   template <class Cube>
   void find_forces(ExecContext& ctx, const Cube& cube, View<const float> x_m, Index cells);
   void move(ExecContext& ctx, const MoveNodes& nodes, View<float> external_m_s2);
+  /// Of nodes, for those of the tiles, three fields over cells.
+  SummedForces forces(View<const float> of_tiles_N, Index cells) const;
   void add_to(ExecContext& ctx, View<float> f_N, Index cells);
   /// How strained the copies are. @param first_cube number of the first copy
   /// @param out one per 256 copies
@@ -88,6 +90,7 @@ class VirtualElements {
   Buffer<Vec3f> f_N_, outer_m_s2_;
   Buffer<std::uint32_t> node_, node_scratch_;  ///< per corner
   Buffer<Index> corner_, corner_scratch_, first_, node_count_;
+  Buffer<Index> first_of_node_;
   std::array<Buffer<float>, 2> history_Pa_;
 };
 
