@@ -25,6 +25,7 @@ struct LiquidReport {
   std::uint32_t placed = 0, emitted = 0, taken = 0, replaced = 0, waiting = 0;
   Index fast = 0;  ///< faster than max_speed_m_s now
   float fastest_m_s = 0;
+  float fastest_together_m_s = 0;  ///< of those that have at least half of the density at rest
   float densest = 0;  ///< largest density over that at rest
   /// dfsph: the sum of (u / max_speed)^4 in kQuarticUnits, where u is a particle's largest speed relative to
   /// a neighbour or a wall in reach.
@@ -47,6 +48,7 @@ struct LiquidReport {
     waiting += part.waiting;
     fast += part.fast;
     fastest_m_s = max(fastest_m_s, part.fastest_m_s);
+    fastest_together_m_s = max(fastest_together_m_s, part.fastest_together_m_s);
     densest = max(densest, part.densest);
     quartic += part.quartic;
     low_m = min(low_m, part.low_m);

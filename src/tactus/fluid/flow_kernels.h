@@ -170,12 +170,13 @@ struct ReportLiquid {
         const float speed = length(v_m_s[i]);
         ++r.here;
         r.fast += speed > max_speed_m_s ? 1 : 0;
+        const float density = density_kg_m3[i] * inverse_density;
         r.fastest_m_s = max(r.fastest_m_s, speed);
-        r.densest = max(r.densest, density_kg_m3[i] * inverse_density);
+        if (density >= 0.5F) r.fastest_together_m_s = max(r.fastest_together_m_s, speed);
+        r.densest = max(r.densest, density);
         r.borne += borne(i);
-        r.excess += static_cast<std::uint64_t>(
-            clamp(density_kg_m3[i] * inverse_density - 1.F, 0.F, LiquidReport::kMostExcess) *
-            LiquidReport::kExcessUnits);
+        r.excess += static_cast<std::uint64_t>(clamp(density - 1.F, 0.F, LiquidReport::kMostExcess) *
+                                               LiquidReport::kExcessUnits);
         r.quartic += LiquidReport::quartic_of(relative_m_s[i] / max_speed_m_s);
         r.low_m = min(r.low_m, x_m[i]);
         r.high_m = max(r.high_m, x_m[i]);

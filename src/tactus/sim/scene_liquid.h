@@ -57,8 +57,8 @@ class SceneLiquid {
   void pass_time(double dt_s) { liquid_.pass_time(dt_s); }
   /// The least substeps of bodies in that time: where walls move, liquid meets each of them in a new place.
   int substeps_for(double dt_s) const { return pace_.walls_move != 0 ? steps_for(dt_s) : 1; }
-  /// After the substeps of a frame, or of a part of it.
-  void follow(const Readback& readback) { last_ = readback.get<LiquidReport>(report_)[0]; }
+  /// After the substeps of a frame, or of a part of it, of that length.
+  void follow(const Readback& readback, double dt_s);
   /// Whether steps can cost less with less accuracy; then they take half their iterations from now on, and at
   /// least three, or all.
   bool can_be_reduced() const { return reduced_iterations() < description_.iterations; }
@@ -154,6 +154,7 @@ class SceneLiquid {
     float fastest_m_s = 0, longest_step_s = 0;
     Index is_empty = 0, walls_move = 1;
     float layers = 0;                  ///< that bear on one another, or did until lately
+    float yields_m_s2 = 0;             ///< of the bodies' walls, as liquid presses them or did until lately
     Index growth = 0, for_excess = 0;  ///< numbers in kGrowth: of the iterations, and of those for densities
   };
   DeviceSet& devices_;

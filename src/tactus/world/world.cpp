@@ -278,7 +278,7 @@ void World::Impl::finish_part(OpenFrame& frame) {
   const FramePart& part = frame.part;
   schedule_.finish(timings_);
   if (liquid_) liquid_->balance(readback_);
-  if (liquid_ && part.substeps > 0) liquid_->follow(readback_);
+  if (liquid_ && part.substeps > 0) liquid_->follow(readback_, part.dt_s);
   if (std::exchange(frame.uploads, false))
     meshed_s_ = frame.part_begin_s +
                 1e-3 * (timings_.last_ms("upload") + timings_.last_ms("hull") + timings_.last_ms("mesh"));
