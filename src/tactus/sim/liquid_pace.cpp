@@ -67,15 +67,16 @@ void SceneLiquid::follow(const Readback& readback, double dt_s) {
     const BodyDescription& body = felt.body->description();
     const Vec3f impulse_N_s = impulses_N_s.at(static_cast<std::size_t>(felt.collider));
     const double pressure_Pa = static_cast<double>(length(impulse_N_s)) / dt_s / wet_m2;
-    pace_.yields_m_s2 = std::max(
-        pace_.yields_m_s2,
-        static_cast<float>(wall_yields_m_s2(pressure_Pa, body.material.density_kg_m3, body.spacing_m)));
+    const double yields_m_s2 = wall_yields_m_s2(pressure_Pa, body.material.density_kg_m3, body.spacing_m);
+    if (std::isfinite(yields_m_s2))  // else the body blew up
+      pace_.yields_m_s2 = std::max(pace_.yields_m_s2, static_cast<float>(std::min(yields_m_s2, 1e9)));
   }
 }
 
 /// Layers are counted by the pressure of one moment, and a column that swings has moments without any. With
 /// longer steps and fewer iterations then, it would swing the more: one of 34 columns of 60 layers was
-/// pressed to 2.4 of its density within two seconds. So what bore does so for another second.
+/// pressed to 2.4 of its density within two seconds. So what bore, or pressed a body, does so for another
+/// second.
 void SceneLiquid::remember_layers(double dt_s, double gravity_m_s2) {
   constexpr double kForgets_s = 1;
   const double kept = std::exp(-dt_s / kForgets_s);
@@ -108,8 +109,9 @@ void SceneLiquid::choose_iterations() {
 /// The pace grows at once. It falls by two fifths a frame at most, and only where clearly less is needed.
 void SceneLiquid::look_ahead(double from_s, double to_s, Vec3d gravity_m_s2, std::span<const Reach> movers) {
   constexpr double kMargin = 1.1, kMuchLess = 0.85, kFallsBy = 0.6;
-  /// A particle that has no neighbours may go 1.5 spacings in a step, others 0.4 of one: it first meets a
-  /// wall, or the liquid, within their reach of two spacings.
+  /// A particle that has no neighbours may go 1.5 spacings in a step: it first meets a wall, or the liquid,
+  /// within their reach of two. Those that fly together may go one, as a block that strikes a plate at 1.5
+  /// loses some beside it; and 0.4 relative to one another.
   constexpr double kFreeOverNear = 0.4 / 1.5, kTogetherOverNear = 0.4;
   const double dt_s = to_s - from_s, d = description_.spacing_m, g = length(gravity_m_s2);
   remember_layers(dt_s, g);

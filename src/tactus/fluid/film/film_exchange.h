@@ -13,8 +13,8 @@ struct FilmExchangeSettings {
   float reach_m = 0;        ///< a particle's nearest vertex is at most so far: d and an edge of the surface
   Index max_particles = 0;  ///< that the liquid has room for
   bool is_still = false;    ///< the surface never moves: its vertices are sorted at the start alone
-  bool is_new =
-      false;  ///< its vertices are others each time: last_places_m() is filled in before find_touching()
+  /// Its vertices are others each time: last_places_m() is filled in before find_touching().
+  bool is_new = false;
 };
 
 /// Between two steps of a liquid that is in one part: particles that touch a surface slowly become film, and
