@@ -188,8 +188,8 @@ class ExecContext {
   /// Runs `work` when the queue comes to it. Not on a GPU.
   void on_host(const char* name, std::function<void()> work) { submit(name, std::move(work)); }
 
-  /// Takes the memory that exclusive_scan, compact and sort_pairs of up to n need on a GPU. For one whose first
-  /// run may be a recording.
+  /// Takes the memory that exclusive_scan, compact and sort_pairs of up to n need on a GPU. For one whose
+  /// first run may be a recording.
   void reserve_scratch(Index n);
   /// Memory for the library's own algorithms, at least `bytes`; grows only outside frames.
   void* scratch(std::size_t bytes);

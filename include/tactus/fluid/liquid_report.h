@@ -26,7 +26,7 @@ struct LiquidReport {
   Index fast = 0;  ///< faster than max_speed_m_s now
   float fastest_m_s = 0;
   float fastest_together_m_s = 0;  ///< of those that have at least half of the density at rest
-  float densest = 0;  ///< largest density over that at rest
+  float densest = 0;               ///< largest density over that at rest
   /// dfsph: the sum of (u / max_speed)^4 in kQuarticUnits, where u is a particle's largest speed relative to
   /// a neighbour or a wall in reach.
   std::uint64_t quartic = 0;

@@ -393,8 +393,8 @@ void SceneLiquid::archive(StateArchive& a) {
   a.value("last report", last_);
   a.value("pace", pace_);
   constexpr auto kMost = static_cast<Index>(kGrowth.size());
-  a.check(pace_.fastest_m_s >= 0 && pace_.longest_step_s > 0 && pace_.layers >= 0 && pace_.yields_m_s2 >= 0 && pace_.growth >= 0 &&
-              pace_.growth < kMost && pace_.for_excess >= 0 && pace_.for_excess < kMost,
+  a.check(pace_.fastest_m_s >= 0 && pace_.longest_step_s > 0 && pace_.layers >= 0 && pace_.yields_m_s2 >= 0 &&
+              pace_.growth >= 0 && pace_.growth < kMost && pace_.for_excess >= 0 && pace_.for_excess < kMost,
           "pace");
   archive_of_bodies(a);
 }
