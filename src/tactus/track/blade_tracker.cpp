@@ -238,15 +238,13 @@ double BladeTracker::two_sigma_m(const Hypothesis& of) const {
     for (const Vec3d& row : m.row) squares += dot(row, row);
     return (1 + 1e-9) * std::sqrt(squares);  // rounding
   };
-  std::vector<Mat3d> points;
-  for (const Vec3f p : model_.edge_m) points.push_back(of_point(p));
-  std::sort(points.begin(), points.end(),
-            [&](const Mat3d& a, const Mat3d& b) { return bound(a) > bound(b); });
-  double most_m2 = 0;
-  for (const Mat3d& m : points) {
-    if (bound(m) <= most_m2) break;
-    most_m2 = std::max(most_m2, symmetric_eigen(m).values[0]);
-  }
+  Vec3f worst = model_.edge_m.front();
+  for (const Vec3f p : model_.edge_m)
+    if (bound(of_point(p)) > bound(of_point(worst))) worst = p;
+  double most_m2 = std::max(symmetric_eigen(of_point(worst)).values[0], 0.0);
+  for (const Vec3f p : model_.edge_m)
+    if (const Mat3d m = of_point(p); bound(m) > most_m2)
+      most_m2 = std::max(most_m2, symmetric_eigen(m).values[0]);
   return 2 * std::sqrt(most_m2);
 }
 
