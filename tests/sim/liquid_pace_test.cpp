@@ -117,9 +117,10 @@ TEST(LiquidScene, WhatFliesTogetherTakesFewSteps) {
 }
 
 /// A jet of 5 mm and a row of lone drops fall 0.4 m, to 2.9 m/s, on a plate of 2 mm: in a step, they go
-/// farther than it is thick. Nothing touches the floor below it, and in the last ten of 60 frames, the plate
-/// bears what lies on it. Its weight is within 10 %, as what falls yet is in it (0.3 s of 1.8 s) and what
-/// strikes has momentum.
+/// farther than it is thick. Nothing touches the floor below it. In the last ten of 60 frames, the plate
+/// bears all that is there: what still falls weighs as much as the stream's momentum has grown by. So the
+/// force is too large by the momentum that the stream began with, 0.3 to 0.6 m/s of the 19.6 m/s that gravity
+/// gave in two seconds, 3 %; and by what two drops more or less in ten frames bring.
 TEST(LiquidScene, NothingFliesThroughAThinPlate) {
   Scene scene;
   LiquidDescription& rain = add_liquid(scene);
@@ -136,23 +137,25 @@ TEST(LiquidScene, NothingFliesThroughAThinPlate) {
   DeviceSet devices("cpu");
   test::FilmedWorld simulation(devices, scene, {}, {});
   simulation.step(nullptr, 0);
-  double borne_N = 0, farthest_m = 0;
+  double borne_N = 0, weight_N = 0, farthest_m = 0;
   StepReport report;
   for (int k = 0; k < 60; ++k) {
     report = simulation.step(nullptr, 1.0 / 30);
     farthest_m = std::max(farthest_m, double{report.liquid.fastest_m_s} / 30 / report.liquid_steps);
     for (const LiquidReaction& f : report.liquid_forces) {
       EXPECT_NE(f.on, "face -y");
-      if (f.on == "plate" && k >= 50) borne_N -= double{f.force_N.y} / 10;
+      if (f.on == "plate" && k >= 50) borne_N -= double{f.force_N.y};
     }
+    if (k >= 50) weight_N += report.liquid.here * d * d * d * rain.density_kg_m3 * 9.81;
   }
   EXPECT_GT(farthest_m, 0.002);
-  EXPECT_NEAR(borne_N / (report.liquid.here * d * d * d * rain.density_kg_m3 * 9.81), 1, 0.1);
+  std::printf("the plate bears %.3f of the weight\n", borne_N / weight_N);
+  EXPECT_NEAR(borne_N / weight_N, 1, 0.05);
 }
 
 /// A block of 2,704 particles strikes a plate of 2 mm, 30 degrees steep, at 2.7 m/s, and nothing goes past
 /// it. In steps of 1.5 spacings, as lone drops take, it was pressed to 3.5 times its density, and two
-/// particles fell through beside the walls of the box.
+/// particles fell through beside the walls of the box; in those of one, it is pressed to 2.5 times.
 TEST(LiquidScene, ABlockThatStrikesAPlateStaysAboveIt) {
   Scene scene;
   LiquidDescription& block = add_liquid(scene);
@@ -174,12 +177,14 @@ TEST(LiquidScene, ABlockThatStrikesAPlateStaysAboveIt) {
     densest = std::max(densest, double{report.liquid.densest});
     for (const LiquidReaction& f : report.liquid_forces) EXPECT_NE(f.on, "face -y") << "frame " << k;
   }
+  std::printf("pressed to %.2f of its density\n", densest);
   EXPECT_LT(densest, 3);
 }
 
 /// Ten layers fall on a cube of 30 kPa that stands on the floor, and rest round it. What the liquid does to
 /// its nodes comes once a step: in steps that follow speeds alone the liquid was twice as dense as at rest,
-/// at 0.4 m/s, and the body blew up.
+/// at 0.4 m/s, and the body blew up. With the bound it is 1.02 times as dense, at 0.02 m/s: the limits are a
+/// tenth of the way from there, and a fifth.
 TEST(LiquidScene, RestsRoundASoftBody) {
   Scene scene;
   LiquidDescription& pool = add_liquid(scene);
@@ -202,6 +207,8 @@ TEST(LiquidScene, RestsRoundASoftBody) {
   simulation.step(nullptr, 0);
   StepReport report;
   for (int k = 0; k < 40; ++k) report = simulation.step(nullptr, 1.0 / 30);
+  std::printf("at rest round the cube: %.3f of the density, %.3f m/s, %d steps\n",
+              double{report.liquid.densest}, double{report.liquid.fastest_m_s}, report.liquid_steps);
   EXPECT_LT(report.liquid.densest, 1.1);
   EXPECT_LT(report.liquid.fastest_m_s, 0.1);
   EXPECT_TRUE(report.notices.empty());

@@ -59,7 +59,7 @@ bool SceneLiquid::may_bring(double from_s, double to_s) const {
 
 void SceneLiquid::follow(const Readback& readback, double dt_s) {
   last_ = readback.get<LiquidReport>(report_)[0];
-  if (!(dt_s > 0) || last_.here == 0) return;
+  if (!(dt_s > 0) || last_.here == 0 || bodies_.empty()) return;
   const std::vector<Vec3f> impulses_N_s = readback.get<Vec3f>(impulses_);
   // As if the liquid were a cube, of which a face lies on the body.
   const double d = description_.spacing_m, wet_m2 = std::pow(last_.here, 2.0 / 3) * d * d;
